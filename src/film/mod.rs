@@ -1,0 +1,53 @@
+//! Layers of an image and the files they go to: EXR (all layers) and PNG (beauty).
+//!
+//! A [`Film`] is a set of named f32 channels. The beauty is `R G B`; a layer `direct` is `direct.R direct.G direct.B`; scalars such as
+//! `depth.Z`, `cluster.id`, `samples` stand under their full name. Rows run from the top.
+
+use std::collections::BTreeMap;
+
+use crate::radiometry::Rgb;
+
+/// Named channels of equal size and what the header says of them.
+#[derive(Clone, Debug, Default)]
+pub struct Film {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Full channel name → values, row by row from the top.
+    pub channels: BTreeMap<String, Vec<f32>>,
+    /// Text attributes of the header (settings, seed, version, time).
+    pub header: BTreeMap<String, String>,
+}
+
+fn channel(layer: &str, suffix: &str) -> String {
+    if layer.is_empty() { suffix.to_owned() } else { format!("{layer}.{suffix}") }
+}
+
+impl Film {
+    /// An empty film.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self { width, height, ..Self::default() }
+    }
+    /// Sets a colour layer; `""` is the beauty. `values` holds width · height pixels.
+    pub fn set_rgb(&mut self, layer: &str, values: &[Rgb]) {
+        for (i, suffix) in ["R", "G", "B"].into_iter().enumerate() {
+            self.channels.insert(channel(layer, suffix), values.iter().map(|c| c[i]).collect());
+        }
+    }
+    /// Sets a vector layer with channels X, Y, Z.
+    pub fn set_xyz(&mut self, layer: &str, values: &[glam::Vec3]) {
+        for (i, suffix) in ["X", "Y", "Z"].into_iter().enumerate() {
+            self.channels.insert(channel(layer, suffix), values.iter().map(|c| c[i]).collect());
+        }
+    }
+    /// Sets one channel by its full name.
+    pub fn set(&mut self, name: &str, values: Vec<f32>) {
+        self.channels.insert(name.to_owned(), values);
+    }
+    /// A colour layer; `""` is the beauty.
+    pub fn rgb(&self, layer: &str) -> Option<Vec<Rgb>> {
+        let [r, g, b] = ["R", "G", "B"].map(|s| self.channels.get(&channel(layer, s)));
+        Some(r?.iter().zip(g?).zip(b?).map(|((&r, &g), &b)| Rgb::new(r, g, b)).collect())
+    }
+}

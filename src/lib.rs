@@ -1,0 +1,51 @@
+//! nearfar: diffuse global illumination by irradiance decomposition.
+//!
+//! The line that data walks, one room a step; every arrow is a free function from borrowed inputs to one owned output:
+//!
+//! ```text
+//! files → Scene → Geometry → RayQuery → PhotonMap → Cells → ShadingPoints → Clusters → Film → files
+//!         load    tessellate  accel      photon    tessellate  method::decompose ───────→ film
+//! ```
+//!
+//! | Room (rank) | In → out |
+//! |---|---|
+//! | [`error`], [`run`] (0) | failures with file, line and fix; progress, cancel, warnings, threads |
+//! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
+//! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures; built-in parametric scenes |
+//! | [`load`] (3) | OBJ/MTL, scene TOML, images → [`scene::Scene`] |
+//! | [`tessellate`] (3) | `Scene` → [`tessellate::Geometry`] (world-space triangles) → [`tessellate::Cells`] (small pieces for the near sum) |
+//! | [`accel`] (4) | `Geometry` → [`accel::RayQuery`]: Embree, pure-Rust BVH, brute force |
+//! | [`shading`] (5) | hit → surface; lights, direct light; [`shading::World`] |
+//! | [`photon`] (6) | `World` → `PhotonMap` → radiosity of cells: the proxy |
+//! | [`film`] (6) | layers → EXR, PNG |
+//! | [`method`] (7) | path (ground truth), decompose (the three passes), direct, photon-map: siblings |
+//! | [`config`], [`report`], [`cli`] (8–9) | settings, comparison and benchmark tables, the command line |
+//!
+//! Imports go from higher rank to lower; `tests/architecture.rs` checks it.
+//!
+//! # References
+//! * `[Course07]` Arikan: irradiance decomposition, SIGGRAPH 2007 course. `[AFO05]` Arikan, Forsyth, O'Brien,
+//!   "Fast and detailed approximate global illumination by irradiance decomposition", SIGGRAPH 2005.
+//! * `[Lambert60]` Lambert's polygon form factor; `[Arvo95]` Arvo, "Applications of irradiance tensors".
+//! * `[RH01]` Ramamoorthi, Hanrahan, "An efficient representation for irradiance environment maps".
+//! * `[Jensen96]` Jensen, "Global illumination using photon maps". `[Veach97]` Veach, PhD thesis (MIS, §9.2).
+//! * `[Burley20]` Burley, "Practical hash-based Owen scrambling". `[Duff17]` Duff et al., "Building an orthonormal basis, revisited".
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise"))]
+
+pub mod accel;
+pub mod cli;
+pub mod config;
+pub mod error;
+pub mod film;
+pub mod load;
+pub mod math;
+pub mod method;
+pub mod photon;
+pub mod radiometry;
+pub mod report;
+pub mod run;
+pub mod sampling;
+pub mod scene;
+pub mod sh;
+pub mod shading;
+pub mod tessellate;

@@ -1,0 +1,29 @@
+//! The methods, siblings that never import one another, and the one match that picks.
+
+use serde::{Deserialize, Serialize};
+
+use crate::film::Film;
+
+/// How light is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Irradiance decomposition in three passes.
+    #[default]
+    Decomposition,
+    /// Unidirectional path tracing: the ground truth.
+    Path,
+    /// Direct light only.
+    Direct,
+    /// The proxy itself, seen directly.
+    PhotonMap,
+}
+
+/// A finished image and what is told of it.
+#[derive(Debug, Default)]
+pub struct Rendered {
+    /// All layers.
+    pub film: Film,
+    /// Statistics of the method (cells, photons, clusters, …), by the names of the statistics contract.
+    pub stats: serde_json::Map<String, serde_json::Value>,
+}

@@ -1,0 +1,16 @@
+//! Random numbers keyed by what they are for, never by thread; warps from the unit square to directions and triangles; tables.
+//!
+//! A key is (seed, [`Stream`], element, sample). Two passes never share a stream, so adding samples to one leaves the others' bits alone.
+
+mod discrete;
+mod rng;
+mod sobol;
+mod warp;
+
+pub use discrete::Discrete;
+pub use rng::{Rng, Stream, hash64};
+pub use sobol::Sobol;
+pub use warp::{
+    pdf_cosine_hemisphere, pdf_uniform_cone, sample_cosine_hemisphere, sample_disc, sample_triangle, sample_uniform_cone, sample_uniform_hemisphere,
+    sample_uniform_sphere,
+};

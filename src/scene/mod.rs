@@ -1,0 +1,32 @@
+//! The scene as data: camera, meshes, materials, lights, textures. No files, no rays, no rendering.
+//!
+//! Lengths are in the file's units. Directions and normals are unit unless said. Surfaces are two-sided diffuse; radiosity is stored per side.
+
+mod camera;
+mod light;
+mod material;
+mod mesh;
+mod texture;
+
+pub use camera::Camera;
+pub use light::Light;
+pub use material::{Material, TextureId};
+pub use mesh::{Mesh, Sides};
+pub use texture::Texture;
+
+/// Everything that is rendered.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Name for reports.
+    pub name: String,
+    /// The view.
+    pub camera: Camera,
+    /// World-space meshes (transforms are applied at load).
+    pub meshes: Vec<Mesh>,
+    /// Materials, referred to by index.
+    pub materials: Vec<Material>,
+    /// Textures, referred to by index.
+    pub textures: Vec<Texture>,
+    /// Lights beside the emissive materials.
+    pub lights: Vec<Light>,
+}

@@ -1,0 +1,12 @@
+//! From a hit to light: surfaces, light sources, direct light.
+//!
+//! Conventions: `wo` points towards the viewer, `wi` towards the light; both unit, both away from the surface.
+//! `ng`/`ns` of a [`Surface`] face `wo`.
+
+mod lights;
+mod surface;
+mod world;
+
+pub use lights::{DirectSettings, LightSample, LightTable, PhotonEmission, direct_irradiance};
+pub use surface::Surface;
+pub use world::World;

@@ -1,0 +1,52 @@
+//! What every method borrows: the scene, its triangles, the ray backend and the lights, built once.
+
+use std::sync::Arc;
+
+use super::{LightTable, Surface};
+use crate::accel::{Backend, RayQuery, build};
+use crate::error::Result;
+use crate::math::Ray;
+use crate::run::Run;
+use crate::scene::{Camera, Scene};
+use crate::tessellate::Geometry;
+
+/// Scene, triangles, rays and lights.
+#[derive(Debug)]
+pub struct World {
+    /// The view.
+    pub camera: Camera,
+    /// World-space triangles.
+    pub geometry: Arc<Geometry>,
+    /// Ray queries against them.
+    pub rays: Box<dyn RayQuery>,
+    /// All light sources.
+    pub lights: LightTable,
+    /// The scene's diagonal: the scale of every relative length.
+    pub diagonal: f32,
+}
+
+impl World {
+    /// Flattens the scene and builds the ray backend (phase `build`).
+    ///
+    /// # Errors
+    /// When the backend cannot be made.
+    pub fn new(scene: &Scene, backend: Backend, run: &Run) -> Result<Self> {
+        let _phase = run.phase("build", 1);
+        let geometry = Arc::new(Geometry::new(scene));
+        if geometry.dropped_degenerate + geometry.dropped_duplicate > 0 {
+            run.warn(format!(
+                "{} zero-area and {} duplicate triangles were left out",
+                geometry.dropped_degenerate, geometry.dropped_duplicate
+            ));
+        }
+        let rays = run.install(|| build(backend, &geometry, run.threads()))?;
+        let lights = LightTable::new(scene, &geometry);
+        let diagonal = geometry.bounds.diagonal();
+        Ok(Self { camera: scene.camera.clone(), geometry, rays, lights, diagonal })
+    }
+
+    /// The surface a ray meets, facing back along it.
+    pub fn closest(&self, ray: &Ray) -> Option<Surface> {
+        self.rays.closest(ray).map(|hit| Surface::new(&self.geometry, &hit, -ray.dir))
+    }
+}
