@@ -3,3 +3,4 @@
 
 mod decompose;
 mod support;
+mod references;
