@@ -2,5 +2,6 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise")]
 
 mod decompose;
-mod support;
+mod photon;
 mod references;
+mod support;
