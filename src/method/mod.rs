@@ -1,6 +1,10 @@
 //! The methods, siblings that never import one another, and the one match that picks.
 
+<<<<<<< HEAD
+pub mod decompose;
+=======
 pub mod photon_map;
+>>>>>>> photon
 
 use serde::{Deserialize, Serialize};
 
