@@ -1,10 +1,7 @@
 //! The methods, siblings that never import one another, and the one match that picks.
 
-<<<<<<< HEAD
 pub mod decompose;
-=======
 pub mod photon_map;
->>>>>>> photon
 
 use serde::{Deserialize, Serialize};
 
