@@ -1,2 +1,5 @@
 //! All integration tests in one binary; one module a rung of the ladder.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise")]
+
+mod architecture;
+mod conformance;
