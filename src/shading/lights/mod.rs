@@ -28,7 +28,7 @@ use crate::sampling::Discrete;
 use crate::scene::{Light, Material, Scene};
 use crate::tessellate::Geometry;
 
-pub use direct::direct_irradiance;
+pub use direct::{direct_irradiance, light_visible};
 use pick::Groups;
 
 /// One connection to a light.
