@@ -1,5 +1,7 @@
 //! The methods, siblings that never import one another, and the one match that picks.
 
+pub mod path;
+
 use serde::{Deserialize, Serialize};
 
 use crate::film::Film;

@@ -220,6 +220,18 @@ impl LightTable {
         self.power
     }
 
+    /// Says everything about the lights as text, for fingerprints of a scene; not for people.
+    pub fn describe(&self, write: &mut dyn FnMut(&str)) {
+        write(&format!("{:?}", self.sky));
+        for source in &self.sources {
+            match source {
+                // Emissive triangles follow from geometry and materials.
+                Source::Triangle { .. } => {}
+                other => write(&format!("{other:?}")),
+            }
+        }
+    }
+
     /// True when nothing emits, not even the sky.
     pub fn is_dark(&self) -> bool {
         self.emission.is_empty()
