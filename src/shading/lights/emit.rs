@@ -20,7 +20,7 @@ impl LightTable {
         let chance = self.emission.probability(index);
         let Some(source) = self.sources.get(index) else {
             let flux = self.sky * (4.0 * PI * PI * self.radius * self.radius / chance);
-            return Some(PhotonEmission { ray: self.from_outside(sample_uniform_sphere(u2), u1), flux });
+            return Some(PhotonEmission { ray: self.from_outside(sample_uniform_sphere(u2), u1), flux, from_sky: true });
         };
         let flux = self.power_of(source) / chance;
         let ray = match *source {
@@ -45,10 +45,10 @@ impl LightTable {
                 let local = sample_uniform_cone(u2, 1.0 - cos_outer);
                 let share = spot_falloff(local.z, cos_inner, cos_outer);
                 let ray = Ray::new(position, Frame::from_normal(axis).world_from_local(local));
-                return Some(PhotonEmission { ray, flux: intensity * (share * TAU * (1.0 - cos_outer) / chance) });
+                return Some(PhotonEmission { ray, flux: intensity * (share * TAU * (1.0 - cos_outer) / chance), from_sky: false });
             }
         };
-        Some(PhotonEmission { ray, flux })
+        Some(PhotonEmission { ray, flux, from_sky: false })
     }
 
     fn leave(&self, p: Vec3, normal: Vec3, u: Vec2) -> Ray {

@@ -53,6 +53,8 @@ pub struct PhotonEmission {
     pub ray: Ray,
     /// Flux of all lights divided by the density of this choice, W per channel: divide by the number of photons tried.
     pub flux: Rgb,
+    /// It is the sky's: no shadow ray computes its first hit.
+    pub from_sky: bool,
 }
 
 /// How direct light is sampled.
