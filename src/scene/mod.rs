@@ -2,6 +2,7 @@
 //!
 //! Lengths are in the file's units. Directions and normals are unit unless said. Surfaces are two-sided diffuse; radiosity is stored per side.
 
+pub mod builtin;
 mod camera;
 mod light;
 mod material;

@@ -1,0 +1,346 @@
+//! A parsed scene file and the files it names → [`Scene`].
+
+use std::collections::{BTreeSet, HashMap};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use glam::{EulerRot, Mat3, Mat4, Quat, Vec3, Vec4};
+use toml::Spanned;
+
+use super::Loaded;
+use super::image::read_texture;
+use super::mtl::MtlMaterial;
+use super::normals::smooth;
+use super::obj::{Obj, read_obj};
+use super::path::resolve;
+use super::scene_file::{CameraEntry, LightEntry, MaterialEntry, MeshEntry, Normals, SceneFile, Triple, line_at};
+use super::validate::{bounds, check_camera, framing};
+use crate::error::{Error, Result};
+use crate::radiometry::Rgb;
+use crate::scene::{Camera, Light, Material, Mesh, TextureId, builtin};
+
+/// What is put together, and where messages point.
+#[derive(Debug)]
+pub struct Assembly<'a> {
+    file: &'a Path,
+    text: &'a str,
+    loaded: Loaded,
+    materials: HashMap<String, u32>,
+    textures: HashMap<PathBuf, TextureId>,
+}
+
+const DEFAULT_CREASE_DEG: f32 = 40.0;
+
+impl<'a> Assembly<'a> {
+    /// An empty scene; `text` is that of `file`.
+    pub fn new(file: &'a Path, text: &'a str) -> Self {
+        Self { file, text, loaded: Loaded::default(), materials: HashMap::new(), textures: HashMap::new() }
+    }
+
+    fn fail<T>(&self, span: &Range<usize>, message: impl Into<String>) -> Result<T> {
+        Err(Error::input(self.file, self.line(span), message))
+    }
+
+    fn line(&self, span: &Range<usize>) -> Option<usize> {
+        (!self.text.is_empty()).then(|| line_at(self.text, span.start))
+    }
+
+    /// Everything but the checks of the whole.
+    ///
+    /// # Errors
+    /// [`Error::Input`] and the errors of reading the files named.
+    pub fn scene(mut self, entry: SceneFile) -> Result<Loaded> {
+        let stem = self.file.file_stem().map(|s| s.to_string_lossy().into_owned());
+        self.loaded.scene.name = entry.name.or(stem).unwrap_or_default();
+        self.loaded.settings = entry.settings;
+        for mesh in entry.mesh {
+            self.mesh(&mesh)?;
+        }
+        for light in entry.light {
+            self.light(&light)?;
+        }
+        for (name, material) in &entry.material {
+            self.material(name, material)?;
+        }
+        self.camera(entry.camera)?;
+        Ok(self.loaded)
+    }
+
+    fn mesh(&mut self, entry: &Spanned<MeshEntry>) -> Result<()> {
+        let (span, e) = (entry.span(), entry.get_ref());
+        let (mut mesh, names) = match (&e.file, &e.builtin) {
+            (Some(file), None) => {
+                let path = resolve(file, self.file).or_else(|m| self.fail(&span, m))?;
+                if !path.exists() {
+                    return self.fail(&span, format!("mesh \"{}\" does not exist; correct the path", path.display()));
+                }
+                if !path.extension().is_some_and(|x| x.eq_ignore_ascii_case("obj")) {
+                    return self.fail(&span, format!("mesh \"{}\" is no .obj file; convert it", path.display()));
+                }
+                let Obj { mesh, materials } = read_obj(&path, &mut self.loaded.warnings)?;
+                let ids = materials.into_iter().map(|m| self.add_mtl(m)).collect::<Result<Vec<u32>>>()?;
+                (mesh, ids)
+            }
+            (None, Some(name)) => {
+                let made = builtin::generate(name, &e.parameters).or_else(|m| self.fail(&span, m))?;
+                let ids = made.materials.into_iter().map(|m| self.add_material(m)).collect();
+                (made.mesh, ids)
+            }
+            _ => return self.fail(&span, "a mesh needs either file = \"….obj\" or builtin = \"…\""),
+        };
+        if e.builtin.is_none() && !e.parameters.is_empty() {
+            return self.fail(&span, "parameters belong to builtin meshes; remove them");
+        }
+        for m in &mut mesh.materials {
+            *m = names[*m as usize];
+        }
+        self.transform(&mut mesh, e, &span)?;
+        match e.normals {
+            Normals::File => {}
+            Normals::Face => mesh.normals.clear(),
+            Normals::Smooth => {
+                let crease = e.crease_deg.unwrap_or(DEFAULT_CREASE_DEG);
+                if !(0.0..=180.0).contains(&crease) {
+                    return self.fail(&span, format!("crease_deg is {crease} but must lie from 0 to 180"));
+                }
+                smooth(&mut mesh, crease);
+            }
+        }
+        if e.crease_deg.is_some() && e.normals != Normals::Smooth {
+            return self.fail(&span, "crease_deg belongs to normals = \"smooth\"; add it or remove crease_deg");
+        }
+        mesh.sides = e.sides;
+        self.loaded.scene.meshes.push(mesh);
+        Ok(())
+    }
+
+    fn transform(&self, mesh: &mut Mesh, e: &MeshEntry, span: &Range<usize>) -> Result<()> {
+        let parts = e.scale.is_some() || e.rotate_deg.is_some() || e.translate.is_some();
+        if e.matrix.is_none() && !parts {
+            return Ok(());
+        }
+        let world_from_object = match e.matrix {
+            Some(_) if parts => return self.fail(span, "matrix stands alone; remove it or scale, rotate_deg and translate"),
+            Some(rows) => Mat4::from_cols(Vec4::from(rows[0]), Vec4::from(rows[1]), Vec4::from(rows[2]), Vec4::W).transpose(),
+            None => {
+                let angles = e.rotate_deg.unwrap_or_default() * (std::f32::consts::PI / 180.0);
+                let rotation = Quat::from_euler(EulerRot::XYZEx, angles.x, angles.y, angles.z);
+                Mat4::from_scale_rotation_translation(e.scale.map_or(Vec3::ONE, Vec3::from), rotation, e.translate.unwrap_or_default())
+            }
+        };
+        let linear = Mat3::from_mat4(world_from_object);
+        if !world_from_object.is_finite() || linear.determinant() == 0.0 {
+            return self.fail(span, "the transform is not invertible; scale may not be 0 and all numbers must be finite");
+        }
+        let normal_from_object = linear.inverse().transpose();
+        for p in &mut mesh.positions {
+            *p = world_from_object.transform_point3(*p);
+        }
+        for n in &mut mesh.normals {
+            *n = (normal_from_object * *n).normalize_or_zero();
+        }
+        if mesh.positions.iter().any(|p| !p.is_finite()) {
+            return self.fail(span, "the transform makes coordinates infinite; scale less");
+        }
+        if linear.determinant() < 0.0 {
+            // A mirror turns counter-clockwise into clockwise; fronts stay fronts.
+            mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        Ok(())
+    }
+
+    fn add_material(&mut self, material: Material) -> u32 {
+        let list = &mut self.loaded.scene.materials;
+        // Materials of equal name in different meshes stay apart unless they are equal.
+        if let Some(&id) = self.materials.get(&material.name)
+            && list[id as usize] == material
+        {
+            return id;
+        }
+        let id = list.len() as u32;
+        self.materials.insert(material.name.clone(), id);
+        list.push(material);
+        id
+    }
+
+    fn add_mtl(&mut self, m: MtlMaterial) -> Result<u32> {
+        let mut texture = |path: Option<PathBuf>| path.map_or(Ok(None), |p| self.texture_or_warning(&p, &m.name));
+        let (albedo_texture, opacity_texture) = (texture(m.albedo_texture)?, texture(m.opacity_texture)?);
+        Ok(self.add_material(Material { name: m.name, albedo: m.albedo, albedo_texture, emission: m.emission, opacity: m.opacity, opacity_texture }))
+    }
+
+    fn texture_or_warning(&mut self, path: &Path, material: &str) -> Result<Option<TextureId>> {
+        match self.texture(path) {
+            Err(Error::Io { .. }) => {
+                self.loaded.warnings.push(format!("{}: texture of material \"{material}\" is missing; the plain colour is used", path.display()));
+                Ok(None)
+            }
+            other => other.map(Some),
+        }
+    }
+
+    fn texture(&mut self, path: &Path) -> Result<TextureId> {
+        if let Some(&id) = self.textures.get(path) {
+            return Ok(id);
+        }
+        let texture = read_texture(path)?;
+        let id = self.loaded.scene.textures.len() as TextureId;
+        self.loaded.scene.textures.push(texture);
+        self.textures.insert(path.into(), id);
+        Ok(id)
+    }
+
+    fn light(&mut self, entry: &Spanned<LightEntry>) -> Result<()> {
+        let span = entry.span();
+        let (light, problem) = light(entry.get_ref());
+        if let Some(problem) = problem {
+            return self.fail(&span, problem);
+        }
+        self.loaded.scene.lights.push(light);
+        Ok(())
+    }
+
+    fn material(&mut self, name: &str, entry: &Spanned<MaterialEntry>) -> Result<()> {
+        let (span, e) = (entry.span(), entry.get_ref());
+        let ids: BTreeSet<u32> =
+            self.loaded.scene.materials.iter().enumerate().filter(|(_, m)| m.name == name).map(|(i, _)| i as u32).collect();
+        if ids.is_empty() {
+            let names: BTreeSet<&str> = self.loaded.scene.materials.iter().map(|m| m.name.as_str()).collect();
+            let listed = names.into_iter().take(12).collect::<Vec<_>>().join(", ");
+            return self.fail(&span, format!("no mesh has a material \"{name}\"; there are: {listed}"));
+        }
+        let channels = |t: Triple, key: &str| {
+            let c = Rgb::from(t);
+            if c.is_finite() && c.min_element() >= 0.0 { Ok(c) } else { self.fail(&span, format!("{key} must be finite and not negative")) }
+        };
+        let albedo = e.albedo.map(|a| channels(a, "albedo")).transpose()?;
+        let emission = e.emission.map(|a| channels(a, "emission")).transpose()?;
+        if albedo.is_some_and(|a| a.max_element() > 1.0) {
+            return self.fail(&span, "albedo may not exceed 1");
+        }
+        if e.opacity.is_some_and(|o| !(0.0..=1.0).contains(&o)) {
+            return self.fail(&span, "opacity must lie from 0 to 1");
+        }
+        let mut texture = |t: &Option<String>| -> Result<Option<Option<TextureId>>> {
+            let Some(t) = t else { return Ok(None) };
+            if t.is_empty() {
+                return Ok(Some(None));
+            }
+            let path = resolve(t, self.file).or_else(|m| self.fail(&span, m))?;
+            if !path.exists() {
+                return self.fail(&span, format!("texture \"{}\" does not exist; correct the path", path.display()));
+            }
+            self.texture(&path).map(|id| Some(Some(id)))
+        };
+        let albedo_texture = texture(&e.albedo_texture)?;
+        let opacity_texture = texture(&e.opacity_texture)?;
+        for &id in &ids {
+            let m = &mut self.loaded.scene.materials[id as usize];
+            m.albedo = albedo.unwrap_or(m.albedo);
+            m.emission = emission.unwrap_or(m.emission);
+            m.opacity = e.opacity.unwrap_or(m.opacity);
+            m.albedo_texture = albedo_texture.unwrap_or(m.albedo_texture);
+            m.opacity_texture = opacity_texture.unwrap_or(m.opacity_texture);
+        }
+        if e.drop {
+            for mesh in &mut self.loaded.scene.meshes {
+                let mut keep = mesh.materials.iter().map(|m| !ids.contains(m));
+                mesh.triangles.retain(|_| keep.next().unwrap_or(true));
+                mesh.materials.retain(|m| !ids.contains(m));
+            }
+        }
+        Ok(())
+    }
+
+    fn camera(&mut self, entry: Option<Spanned<CameraEntry>>) -> Result<()> {
+        let line = entry.as_ref().and_then(|e| self.line(&e.span()));
+        let e = entry.map(Spanned::into_inner).unwrap_or_default();
+        let base = Camera::default();
+        let mut camera = Camera {
+            up: e.up.unwrap_or(base.up),
+            vfov_deg: e.vfov_deg.unwrap_or(base.vfov_deg),
+            width: e.width.unwrap_or(base.width),
+            height: e.height.unwrap_or(base.height),
+            ..base
+        };
+        match (e.eye, e.target) {
+            (Some(eye), Some(target)) => (camera.eye, camera.target) = (eye, target),
+            (None, None) => {
+                let around = bounds(&self.loaded.scene);
+                if !around.is_empty() {
+                    camera = framing(&around, &camera);
+                    self.loaded.notes.push(format!(
+                        "no camera given: a framing one was set, eye = {}, target = {}",
+                        numbers(camera.eye),
+                        numbers(camera.target)
+                    ));
+                }
+            }
+            _ => return Err(Error::input(self.file, line, "a camera needs both eye and target, or neither for a framing view")),
+        }
+        check_camera(&camera, self.file, line)?;
+        self.loaded.scene.camera = camera;
+        Ok(())
+    }
+}
+
+fn numbers(v: Vec3) -> String {
+    format!("[{:.4}, {:.4}, {:.4}]", v.x, v.y, v.z)
+}
+
+/// The light and what is wrong with it.
+fn light(entry: &LightEntry) -> (Light, Option<&'static str>) {
+    let color = |t: Triple, name: &'static str| {
+        let c = Rgb::from(t);
+        let ok = c.is_finite() && c.min_element() >= 0.0;
+        (c, (!ok).then_some(name))
+    };
+    let unit = |v: Vec3| v.normalize_or_zero();
+    const RADIANCE: &str = "radiance must be finite and not negative";
+    const INTENSITY: &str = "intensity must be finite and not negative";
+    match *entry {
+        LightEntry::Quad { corner, edge1, edge2, radiance } => {
+            let (radiance, problem) = color(radiance, RADIANCE);
+            let flat = !(edge1.cross(edge2).length() > 0.0) || !corner.is_finite() || !edge1.cross(edge2).is_finite();
+            let problem = if flat { Some("the quad light has no area; edge1 and edge2 must be finite and span a parallelogram") } else { problem };
+            (Light::Quad { corner, edge1, edge2, radiance }, problem)
+        }
+        LightEntry::Sphere { center, radius, radiance } => {
+            let (radiance, problem) = color(radiance, RADIANCE);
+            let ok = radius > 0.0 && radius.is_finite() && center.is_finite();
+            (Light::Sphere { center, radius, radiance }, if ok { problem } else { Some("a sphere light needs a finite center and a radius above 0") })
+        }
+        LightEntry::Sun { direction_to_sun, irradiance, angular_radius_deg } => {
+            let (irradiance, problem) = color(irradiance, "irradiance must be finite and not negative");
+            let direction = unit(direction_to_sun);
+            let problem = if direction == Vec3::ZERO || !direction.is_finite() {
+                Some("direction_to_sun may not be zero or infinite")
+            } else if !(0.0..90.0).contains(&angular_radius_deg) {
+                Some("angular_radius_deg must lie from 0 to 90; the sun's is 0.27")
+            } else {
+                problem
+            };
+            (Light::Sun { direction_to_sun: direction, irradiance, angular_radius_deg }, problem)
+        }
+        LightEntry::Sky { radiance } => {
+            let (radiance, problem) = color(radiance, RADIANCE);
+            (Light::Sky { radiance }, problem)
+        }
+        LightEntry::Point { position, intensity } => {
+            let (intensity, problem) = color(intensity, INTENSITY);
+            (Light::Point { position, intensity }, if position.is_finite() { problem } else { Some("position must be finite") })
+        }
+        LightEntry::Spot { position, direction, intensity, inner_deg, outer_deg } => {
+            let (intensity, problem) = color(intensity, INTENSITY);
+            let direction = unit(direction);
+            let problem = if direction == Vec3::ZERO || !direction.is_finite() || !position.is_finite() {
+                Some("a spot needs a finite position and a direction that is not zero")
+            } else if !(inner_deg >= 0.0 && inner_deg <= outer_deg && outer_deg > 0.0 && outer_deg <= 180.0) {
+                Some("a spot needs 0 <= inner_deg <= outer_deg <= 180, and outer_deg above 0")
+            } else {
+                problem
+            };
+            (Light::Spot { position, direction, intensity, inner_deg, outer_deg }, problem)
+        }
+    }
+}

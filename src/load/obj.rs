@@ -1,0 +1,181 @@
+//! OBJ files → one [`Mesh`] and its materials, parsed by `tobj`.
+//!
+//! Polygons are cut by [`triangulate`]; relative indices are allowed; groups become one mesh whose triangles keep their materials.
+//! A face without normals in a file that has some gets a zero normal, which means "face normal". Materials that are used but not defined, and
+//! libraries that are missing, become a grey and a warning. On an error, and for non-finite numbers, the text is looked over again for the line.
+//! Cost: the file's text and `tobj`'s arrays in memory at once, about 200 B a triangle.
+
+use std::collections::{BTreeSet, HashMap};
+use std::path::Path;
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::mtl::{MtlMaterial, read_mtl};
+use super::obj_fault::find_fault;
+use super::polygon::triangulate;
+use crate::error::{Error, Result};
+use crate::scene::Mesh;
+
+/// A mesh whose material indices refer to `materials`.
+#[derive(Debug)]
+pub struct Obj {
+    /// All groups.
+    pub mesh: Mesh,
+    /// Materials of the libraries, then the undefined ones.
+    pub materials: Vec<MtlMaterial>,
+}
+
+/// What the first look at the text says.
+enum Note {
+    Library(String),
+    Use(String),
+    Suspicious,
+}
+
+fn note(line: &str) -> Option<Note> {
+    let line = line.trim_start();
+    match line.as_bytes().first()? {
+        b'u' => line.strip_prefix("usemtl ").map(|n| Note::Use(n.trim().into())),
+        b'm' => line.strip_prefix("mtllib ").map(|n| Note::Library(n.trim().into())),
+        b'f' | b'l' => {
+            // Indices that do not fit 32 bits would overflow in the parser.
+            let mut run = 0;
+            line.bytes().any(|b| {
+                run = if b.is_ascii_digit() { run + 1 } else { 0 };
+                run > 10
+            })
+            .then_some(Note::Suspicious)
+        }
+        _ => None,
+    }
+}
+
+/// Reads an OBJ file and its material libraries.
+///
+/// # Errors
+/// [`Error::Io`] when it cannot be read; [`Error::Input`] with the line of what is wrong.
+pub fn read_obj(path: &Path, warnings: &mut Vec<String>) -> Result<Obj> {
+    let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })?;
+    let text = String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
+    let text = text.trim_start_matches('\u{feff}');
+    let fail = |reason: String| match find_fault(text) {
+        Some((line, message)) => Error::input(path, line, message),
+        None => Error::input(path, None, format!("is no readable OBJ file ({reason}); export it again")),
+    };
+    let notes: Vec<Note> = text.par_lines().filter_map(note).collect();
+    if notes.iter().any(|n| matches!(n, Note::Suspicious)) {
+        return Err(fail("an index is too large".into()));
+    }
+    let materials = collect_materials(path, &notes, warnings)?;
+    let all: Vec<tobj::Material> = materials.iter().map(|m| tobj::Material { name: m.name.clone(), ..Default::default() }).collect();
+    // The first line makes every material known from the start, whichever library defines it.
+    let mut input = b"mtllib *\n".as_slice();
+    let mut input = std::io::BufReader::new(std::io::Read::chain(&mut input, text.as_bytes()));
+    let options = tobj::LoadOptions { single_index: true, triangulate: false, ignore_points: true, ignore_lines: true, ..Default::default() };
+    let (models, _) = tobj::load_obj_buf(&mut input, &options, |library| {
+        let known = if library == Path::new("*") { all.clone() } else { Vec::new() };
+        let map = known.iter().enumerate().map(|(i, m)| (m.name.clone(), i)).collect();
+        Ok((known, map))
+    })
+    .map_err(|e| fail(e.to_string()))?;
+    let mut obj = Obj { mesh: Mesh { name: path.display().to_string(), ..Mesh::default() }, materials };
+    let mut without_material = 0;
+    for model in models {
+        if model.mesh.positions.iter().chain(&model.mesh.normals).chain(&model.mesh.texcoords).any(|x| !x.is_finite()) {
+            return Err(fail("a number is not finite".into()));
+        }
+        if obj.mesh.positions.len() + model.mesh.positions.len() / 3 >= u32::MAX as usize {
+            return Err(Error::input(path, None, "has more vertices than 32-bit indices can count; split it into several meshes"));
+        }
+        without_material += append(&mut obj, &model, path, warnings);
+    }
+    if without_material > 0 {
+        obj.materials.push(MtlMaterial::stand_in("default"));
+        warnings.push(format!("{}: {without_material} triangles have no material and become grey; assign one with usemtl", path.display()));
+    }
+    if obj.mesh.normals.iter().all(|&n| n == Vec3::ZERO) {
+        obj.mesh.normals.clear();
+    }
+    Ok(obj)
+}
+
+fn collect_materials(path: &Path, notes: &[Note], warnings: &mut Vec<String>) -> Result<Vec<MtlMaterial>> {
+    let mut materials: Vec<MtlMaterial> = Vec::new();
+    let mut index: HashMap<String, usize> = HashMap::new();
+    let mut add = |m: MtlMaterial, materials: &mut Vec<MtlMaterial>| match index.get(&m.name) {
+        Some(&i) => materials[i] = m,
+        None => {
+            index.insert(m.name.clone(), materials.len());
+            materials.push(m);
+        }
+    };
+    let mut seen = BTreeSet::new();
+    for note in notes {
+        if let Note::Library(name) = note
+            && seen.insert(name)
+        {
+            let library = path.parent().unwrap_or(Path::new("")).join(name.replace('\\', "/"));
+            match read_mtl(&library) {
+                Ok(list) => list.into_iter().for_each(|m| add(m, &mut materials)),
+                Err(Error::Io { .. }) => warnings.push(format!("{}: material library \"{name}\" cannot be read; its materials become grey", path.display())),
+                Err(e) => return Err(e),
+            }
+        }
+    }
+    let defined: BTreeSet<String> = materials.iter().map(|m| m.name.clone()).collect();
+    for note in notes {
+        if let Note::Use(name) = note
+            && !defined.contains(name)
+            && !materials.iter().any(|m| m.name == *name)
+        {
+            warnings.push(format!("{}: material \"{name}\" is not defined and becomes grey; define it in an MTL file or as [material.{name}]", path.display()));
+            materials.push(MtlMaterial::stand_in(name));
+        }
+    }
+    Ok(materials)
+}
+
+/// Adds a group; returns how many of its triangles have no material.
+fn append(obj: &mut Obj, model: &tobj::Model, path: &Path, warnings: &mut Vec<String>) -> usize {
+    let (m, mesh) = (&model.mesh, &mut obj.mesh);
+    let base = mesh.positions.len();
+    let count = m.positions.len() / 3;
+    mesh.positions.extend(m.positions.chunks_exact(3).map(Vec3::from_slice));
+    for (list, name, width) in [(&m.normals, "normals", 3), (&m.texcoords, "texture coordinates", 2)] {
+        if !list.is_empty() && list.len() != count * width {
+            warnings.push(format!("{}: some faces of \"{}\" lack {name}; those of the others are ignored", path.display(), model.name));
+        }
+    }
+    if m.normals.len() == count * 3 {
+        mesh.normals.extend(m.normals.chunks_exact(3).map(|n| Vec3::from_slice(n).normalize_or_zero()));
+    }
+    mesh.normals.resize(base + count, Vec3::ZERO);
+    if m.texcoords.len() == count * 2 && count > 0 {
+        mesh.uvs.resize(base, Vec2::ZERO);
+        mesh.uvs.extend(m.texcoords.chunks_exact(2).map(Vec2::from_slice));
+    } else if !mesh.uvs.is_empty() {
+        mesh.uvs.resize(base + count, Vec2::ZERO);
+    }
+    let before = mesh.triangles.len();
+    let shift = base as u32;
+    if m.face_arities.is_empty() {
+        mesh.triangles.extend(m.indices.chunks_exact(3).map(|t| [t[0] + shift, t[1] + shift, t[2] + shift]));
+    } else {
+        let mut at = 0;
+        for &arity in &m.face_arities {
+            let face = &m.indices[at..at + arity as usize];
+            at += arity as usize;
+            if let &[a, b, c] = face {
+                mesh.triangles.push([a + shift, b + shift, c + shift]);
+            } else {
+                let corners: Vec<_> = face.iter().map(|&i| mesh.positions[base + i as usize].as_dvec3()).collect();
+                mesh.triangles.extend(triangulate(&corners).into_iter().map(|t| t.map(|k| face[k] + shift)));
+            }
+        }
+    }
+    let added = mesh.triangles.len() - before;
+    let material = m.material_id.unwrap_or(obj.materials.len()) as u32;
+    mesh.materials.resize(before + added, material);
+    if m.material_id.is_none() { added } else { 0 }
+}

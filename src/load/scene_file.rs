@@ -1,0 +1,254 @@
+//! The scene file: TOML keys, overrides, errors with lines. Data only; [`super::assemble`] makes a scene of it.
+//!
+//! ```toml
+//! name = "room"
+//! [camera]                     # every key optional; without eye and target the view frames the scene
+//! eye = [0, 1.6, 4]
+//! target = [0, 1.2, 0]
+//! up = [0, 1, 0]
+//! vfov_deg = 45                # vertical field of view
+//! width = 640
+//! height = 360
+//! [[mesh]]
+//! file = "room.obj"            # or builtin = "interior" with parameters = { … }; $VAR, ${VAR}, ${VAR:-default} allowed
+//! scale = 1                    # a number or [x, y, z]; then rotate_deg about x, y, z; then translate
+//! rotate_deg = [0, 90, 0]
+//! translate = [0, 0, 0]        # or matrix = [[…], [3 rows of 4]] instead of the three
+//! normals = "file"             # "face", "smooth" up to crease_deg (40)
+//! sides = "auto"               # "one", "two"
+//! [[light]]
+//! type = "sky"                 # "quad", "sphere", "sun", "point", "spot"
+//! radiance = [1, 1, 1]
+//! [material.curtain]           # overrides a material by its name in the meshes
+//! albedo = 0.5                 # a number or [r, g, b]; albedo_texture = "" removes a texture
+//! drop = true                  # leaves its triangles out
+//! [settings.decompose]         # handed on to the methods
+//! alpha = 0.05
+//! ```
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use glam::Vec3;
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::error::{Error, Result};
+use crate::scene::Sides;
+
+/// A whole scene file.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SceneFile {
+    pub name: Option<String>,
+    pub camera: Option<Spanned<CameraEntry>>,
+    pub mesh: Vec<Spanned<MeshEntry>>,
+    pub light: Vec<Spanned<LightEntry>>,
+    pub material: BTreeMap<String, Spanned<MaterialEntry>>,
+    pub settings: toml::Table,
+}
+
+/// `[camera]`.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CameraEntry {
+    pub eye: Option<Vec3>,
+    pub target: Option<Vec3>,
+    pub up: Option<Vec3>,
+    pub vfov_deg: Option<f32>,
+    pub width: Option<u32>,
+    pub height: Option<u32>,
+}
+
+/// How a mesh gets its normals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Normals {
+    #[default]
+    File,
+    Face,
+    Smooth,
+}
+
+/// One number for all axes or channels, or one each.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(untagged, expecting = "expected a number or an array of three numbers")]
+pub enum Triple {
+    One(f32),
+    Three([f32; 3]),
+}
+
+impl From<Triple> for Vec3 {
+    fn from(t: Triple) -> Self {
+        match t {
+            Triple::One(x) => Self::splat(x),
+            Triple::Three(a) => Self::from_array(a),
+        }
+    }
+}
+
+/// `[[mesh]]`.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MeshEntry {
+    pub file: Option<String>,
+    pub builtin: Option<String>,
+    pub parameters: toml::Table,
+    pub scale: Option<Triple>,
+    pub rotate_deg: Option<Vec3>,
+    pub translate: Option<Vec3>,
+    pub matrix: Option<[[f32; 4]; 3]>,
+    pub normals: Normals,
+    pub crease_deg: Option<f32>,
+    pub sides: Sides,
+}
+
+/// `[[light]]`; units as in [`crate::scene::Light`].
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
+pub enum LightEntry {
+    Quad { corner: Vec3, edge1: Vec3, edge2: Vec3, radiance: Triple },
+    Sphere { center: Vec3, radius: f32, radiance: Triple },
+    Sun {
+        direction_to_sun: Vec3,
+        irradiance: Triple,
+        #[serde(default)]
+        angular_radius_deg: f32,
+    },
+    Sky { radiance: Triple },
+    Point { position: Vec3, intensity: Triple },
+    Spot { position: Vec3, direction: Vec3, intensity: Triple, inner_deg: f32, outer_deg: f32 },
+}
+
+/// `[material.NAME]`.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MaterialEntry {
+    pub albedo: Option<Triple>,
+    pub albedo_texture: Option<String>,
+    pub emission: Option<Triple>,
+    pub opacity: Option<f32>,
+    pub opacity_texture: Option<String>,
+    pub drop: bool,
+}
+
+/// 1-based line of a byte offset.
+pub fn line_at(text: &str, offset: usize) -> usize {
+    1 + text.as_bytes()[..offset.min(text.len())].iter().filter(|&&b| b == b'\n').count()
+}
+
+const SCENE_KEYS: [&str; 6] = ["name", "camera", "mesh", "light", "material", "settings"];
+
+/// Reads a scene file's text and applies overrides, in order.
+///
+/// # Errors
+/// [`Error::Input`] with the line for the file, [`Error::Setting`] with the key for an override.
+pub fn parse(path: &Path, text: &str, overrides: &[(String, String)]) -> Result<SceneFile> {
+    let wrong = |e: &toml::de::Error| {
+        let message = e.message().trim_end_matches('\n').replace('\n', "; ");
+        Error::input(path, e.span().map(|s| line_at(text, s.start)), message)
+    };
+    let mut table = DeTable::parse(text).map_err(|e| wrong(&e))?;
+    let mut scene = read(&table).map_err(|e| wrong(&e))?;
+    for (key, value) in overrides {
+        let bad = |message: String| Error::setting(key.clone(), message);
+        apply(&mut table, key, value).map_err(bad)?;
+        scene = read(&table).map_err(|e| bad(e.message().trim_end_matches('\n').replace('\n', "; ")))?;
+    }
+    Ok(scene)
+}
+
+fn read(table: &Spanned<DeTable<'_>>) -> std::result::Result<SceneFile, toml::de::Error> {
+    SceneFile::deserialize(toml::de::Deserializer::from(table.clone()))
+}
+
+/// The value of an override: TOML where it parses as such, else a string.
+fn value_of(text: &str) -> DeValue<'_> {
+    DeValue::parse(text).map_or_else(|_| DeValue::String(text.into()), Spanned::into_inner)
+}
+
+fn apply<'a>(table: &mut Spanned<DeTable<'a>>, key: &str, value: &'a str) -> std::result::Result<(), String> {
+    let mut parts: Vec<&str> = key.split('.').collect();
+    if parts.iter().any(|p| p.is_empty()) {
+        return Err("is no key; write section.key=value".into());
+    }
+    if !SCENE_KEYS.contains(&parts[0]) {
+        parts.insert(0, "settings");
+    }
+    let span = table.span();
+    let top = std::mem::take(table.get_mut());
+    let mut root = Spanned::new(span, DeValue::Table(top));
+    let done = set(&mut root, &parts, value_of(value));
+    if let DeValue::Table(top) = root.into_inner() {
+        *table.get_mut() = top;
+    }
+    done
+}
+
+fn set<'a>(at: &mut Spanned<DeValue<'a>>, parts: &[&str], value: DeValue<'a>) -> std::result::Result<(), String> {
+    let Some((first, rest)) = parts.split_first() else {
+        // The place keeps its span, so that later messages still point into the file.
+        *at.get_mut() = value;
+        return Ok(());
+    };
+    let span = at.span();
+    match at.get_mut() {
+        DeValue::Table(table) => {
+            let key = Spanned::new(span.clone(), std::borrow::Cow::Owned((*first).to_owned()));
+            let entry = table.entry(key).or_insert_with(|| Spanned::new(span, DeValue::Table(DeTable::new())));
+            set(entry, rest, value)
+        }
+        DeValue::Array(list) => {
+            let count = list.len();
+            let index = first.parse::<usize>().ok().filter(|&i| i < count);
+            let index = index.ok_or_else(|| format!("\"{first}\" is no index of an array of {count}; indices run from 0"))?;
+            list.iter_mut().nth(index).map_or(Ok(()), |entry| set(entry, rest, value))
+        }
+        _ => Err(format!("\"{first}\" stands below a plain value; give the value itself")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with(text: &str, overrides: &[(&str, &str)]) -> Result<SceneFile> {
+        let list: Vec<_> = overrides.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
+        parse(Path::new("s.toml"), text, &list)
+    }
+
+    const TEXT: &str = "name = \"a\"\n[camera]\nwidth = 100\n[[light]]\ntype = \"sky\"\nradiance = 2\n[settings.decompose]\nalpha = 0.5\n";
+
+    #[test]
+    fn overrides_reach_scene_and_settings() {
+        let s = with(TEXT, &[("camera.width", "320"), ("camera.eye", "[1, 2, 3]"), ("decompose.alpha", "0.1"), ("seed", "7"), ("name", "bare words")]).unwrap();
+        let camera = s.camera.unwrap().into_inner();
+        assert_eq!((camera.width, camera.eye), (Some(320), Some(Vec3::new(1.0, 2.0, 3.0))));
+        assert_eq!(s.settings["decompose"]["alpha"].as_float(), Some(0.1));
+        assert_eq!(s.settings["seed"].as_integer(), Some(7));
+        assert_eq!(s.name.as_deref(), Some("bare words"));
+        let s = with(TEXT, &[("light.0.radiance", "[3, 2, 1]"), ("material.wall.albedo", "0.3"), ("settings.path.spp", "4")]).unwrap();
+        assert!(matches!(s.light[0].get_ref(), LightEntry::Sky { radiance: Triple::Three([3.0, 2.0, 1.0]) }));
+        assert!(s.material.contains_key("wall") && s.settings["path"]["spp"].as_integer() == Some(4));
+    }
+
+    #[test]
+    fn bad_overrides_name_their_key() {
+        let message = |o: &[(&str, &str)]| with(TEXT, o).unwrap_err().to_string();
+        assert_eq!(message(&[("camera.width", "wide")]), "setting \"camera.width\": invalid type: string \"wide\", expected u32");
+        assert!(message(&[("camera.wdith", "3")]).starts_with("setting \"camera.wdith\": unknown field `wdith`"));
+        assert_eq!(message(&[("light.1.radiance", "3")]), "setting \"light.1.radiance\": \"1\" is no index of an array of 1; indices run from 0");
+        assert!(message(&[("camera..width", "3")]).contains("is no key"));
+        assert!(message(&[("camera.width.x", "3")]).contains("plain value"));
+    }
+
+    #[test]
+    fn errors_have_lines() {
+        let message = |t: &str| with(t, &[]).unwrap_err().to_string();
+        assert!(message("name = \"a\"\n[camera]\nwdith = 3\n").starts_with("s.toml:3: unknown field `wdith`, expected one of `eye`"));
+        assert!(message("\n\nname = \n").starts_with("s.toml:3: "));
+        assert!(message("[camera]\n\neye = [1, 2]\n").starts_with("s.toml:3: invalid length 2"));
+        assert!(message("[[light]]\ntype = \"lamp\"\n").starts_with("s.toml:2: unknown variant `lamp`"));
+    }
+}

@@ -1,0 +1,113 @@
+//! Checks of a scene that is otherwise well-formed, and the view of a scene that brings none.
+
+use std::path::Path;
+
+use glam::Vec3;
+
+use crate::error::{Error, Result};
+use crate::math::Aabb;
+use crate::scene::{Camera, Light, Scene};
+
+/// Most pixels of an image: 2²⁸, some 40 GiB with all layers.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
+/// Checks that the view exists and fits memory.
+///
+/// # Errors
+/// [`Error::Input`] at `line` of `file`, with the fix.
+pub fn check_camera(c: &Camera, file: &Path, line: Option<usize>) -> Result<()> {
+    let fail = |message: String| Err(Error::input(file, line, message));
+    if !(c.eye.is_finite() && c.target.is_finite() && c.up.is_finite()) {
+        return fail("camera eye, target and up must be finite numbers".into());
+    }
+    if (c.target - c.eye).length() == 0.0 {
+        return fail("camera eye and target are the same point; move one of them".into());
+    }
+    if (c.target - c.eye).normalize().cross(c.up.normalize_or_zero()).length() < 1e-6 {
+        return fail("camera up is zero or points along the view; choose another, e.g. [0, 1, 0] or [0, 0, 1]".into());
+    }
+    if !(c.vfov_deg > 0.0 && c.vfov_deg < 180.0) {
+        return fail(format!("camera vfov_deg is {} but must lie between 0 and 180", c.vfov_deg));
+    }
+    if c.width == 0 || c.height == 0 {
+        return fail("camera width and height must be at least 1".into());
+    }
+    if u64::from(c.width) * u64::from(c.height) > MAX_PIXELS {
+        return fail(format!("an image of {}x{} pixels does not fit memory; at most {MAX_PIXELS} pixels are allowed", c.width, c.height));
+    }
+    Ok(())
+}
+
+/// Box around all triangles of all meshes and around lamps with a surface.
+pub fn bounds(scene: &Scene) -> Aabb {
+    let meshes = scene.meshes.iter().flat_map(|m| m.triangles.iter().flatten().map(|&i| m.positions[i as usize]));
+    let lamps = scene.lights.iter().flat_map(|l| match *l {
+        Light::Quad { corner, edge1, edge2, .. } => vec![corner, corner + edge1, corner + edge2, corner + edge1 + edge2],
+        Light::Sphere { center, radius, .. } => vec![center - radius, center + radius],
+        _ => Vec::new(),
+    });
+    Aabb::around(meshes.chain(lamps))
+}
+
+/// A camera outside `bounds` that holds all of it in view: from the front right, a little above.
+pub fn framing(bounds: &Aabb, camera: &Camera) -> Camera {
+    let radius = (bounds.diagonal() * 0.5).max(1e-6);
+    let aspect = camera.width as f32 / camera.height.max(1) as f32;
+    let half = (camera.vfov_deg.to_radians() * 0.5).tan() * aspect.min(1.0);
+    let distance = radius / half.atan().sin();
+    let target = bounds.center();
+    Camera { eye: target + Vec3::new(0.5, 0.35, 1.0).normalize() * distance, target, ..camera.clone() }
+}
+
+/// Checks that there is something to see.
+///
+/// # Errors
+/// [`Error::Input`] for scenes without triangles, without light, or with coordinates too large to trace.
+pub fn check_scene(scene: &Scene, file: &Path) -> Result<()> {
+    let lamps = scene.lights.iter().any(|l| matches!(l, Light::Quad { .. } | Light::Sphere { .. }));
+    if scene.meshes.iter().all(|m| m.triangles.is_empty()) && !lamps {
+        return Err(Error::input(file, None, "the scene is empty; add a [[mesh]] with triangles"));
+    }
+    let largest = bounds(scene);
+    if !(largest.diagonal() < 1e15) {
+        return Err(Error::input(file, None, "coordinates are too large to trace; scale the scene down below 1e15 units"));
+    }
+    if !emits(scene) {
+        return Err(Error::input(
+            file,
+            None,
+            "nothing emits light; add a [[light]] (e.g. type = \"sky\", radiance = [1, 1, 1]) or a material with emission",
+        ));
+    }
+    Ok(())
+}
+
+/// True when a light or a material in use emits.
+pub fn emits(scene: &Scene) -> bool {
+    let lit = scene.lights.iter().any(|l| match l {
+        Light::Quad { radiance, .. } | Light::Sphere { radiance, .. } | Light::Sky { radiance } => radiance.max_element() > 0.0,
+        Light::Sun { irradiance, .. } => irradiance.max_element() > 0.0,
+        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity.max_element() > 0.0,
+    });
+    lit || scene.meshes.iter().any(|m| m.materials.iter().any(|&i| scene.materials[i as usize].emits()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec2;
+
+    #[test]
+    fn framing_holds_the_corners() {
+        let b = Aabb { min: Vec3::new(-1.0, 0.0, 2.0), max: Vec3::new(3.0, 1.0, 9.0) };
+        for (width, height) in [(640, 360), (100, 300)] {
+            let c = framing(&b, &Camera { width, height, ..Camera::default() });
+            check_camera(&c, Path::new("x"), None).unwrap();
+            for k in 0..8 {
+                let pick = |bit: usize, i: usize| if k >> bit & 1 == 0 { b.min[i] } else { b.max[i] };
+                let (Vec2 { x, y }, _) = c.project(Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2))).unwrap();
+                assert!(x >= 0.0 && x <= width as f32 && y >= 0.0 && y <= height as f32);
+            }
+        }
+    }
+}
