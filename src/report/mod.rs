@@ -1,5 +1,6 @@
 //! How far an image is from a reference.
 
+pub mod budget;
 mod compare;
 mod flip;
 mod metrics;
