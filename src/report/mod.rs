@@ -1,1 +1,10 @@
-//! (skeleton)
+//! How far an image is from a reference.
+
+pub mod budget;
+mod compare;
+mod flip;
+mod metrics;
+
+pub use compare::{Comparison, Reference, compare, difference, exposure_of, read_reference};
+pub use flip::flip;
+pub use metrics::{Errors, Halves, errors};
