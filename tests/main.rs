@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise")]
 
 mod decompose;
+mod path;
 mod photon;
 mod references;
 mod support;
+mod truth;
