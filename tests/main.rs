@@ -4,6 +4,8 @@
 mod architecture;
 mod conformance;
 mod decompose;
+mod path;
 mod photon;
 mod references;
 mod support;
+mod truth;

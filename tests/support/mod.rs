@@ -58,3 +58,14 @@ pub fn small_room() -> Scene {
 pub fn world(scene: &Scene, backend: Backend) -> World {
     World::new(scene, backend, &Run::new(2).unwrap()).unwrap()
 }
+
+/// The folder of reference models and images; says so when it is not there.
+pub fn shared() -> Option<std::path::PathBuf> {
+    let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared");
+    let path = std::path::PathBuf::from(std::env::var("NEARFAR_SHARED").unwrap_or_else(|_| default.into()));
+    if !path.join("references").is_dir() {
+        eprintln!("skipped: no reference images at {}", path.display());
+        return None;
+    }
+    Some(path)
+}
