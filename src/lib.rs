@@ -18,6 +18,7 @@
 //! | [`shading`] (5) | hit → surface; lights, direct light; [`shading::World`] |
 //! | [`photon`] (6) | `World` → `PhotonMap` → radiosity of cells: the proxy |
 //! | [`film`] (6) | layers → EXR, PNG |
+//! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
 //! | [`method`] (7) | path (ground truth), decompose (the three passes), direct, photon-map: siblings |
 //! | [`config`], [`report`], [`cli`] (8–9) | settings, comparison and benchmark tables, the command line |
 //!
@@ -42,6 +43,7 @@ pub mod math;
 pub mod method;
 pub mod photon;
 pub mod radiometry;
+pub mod record;
 pub mod report;
 pub mod run;
 pub mod sampling;

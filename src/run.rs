@@ -77,10 +77,7 @@ impl Run {
     /// # Errors
     /// When the system cannot start the threads.
     pub fn new(threads: usize) -> Result<Self> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map_err(|e| Error::Render(format!("cannot start {threads} threads: {e}")))?;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| Error::Render(format!("cannot start {threads} threads: {e}")))?;
         Ok(Self {
             pool,
             cancel: Arc::default(),

@@ -10,12 +10,13 @@ use crate::tessellate::Geometry;
 #[derive(Debug)]
 pub struct BruteScene {
     geometry: Arc<Geometry>,
+    masked: bool,
 }
 
 impl BruteScene {
     /// Nothing is built.
     pub fn build(geometry: &Arc<Geometry>) -> Self {
-        Self { geometry: Arc::clone(geometry) }
+        Self { geometry: Arc::clone(geometry), masked: geometry.masks().is_some() }
     }
 
     fn hit(&self, ray: &Ray, triangle: u32) -> Option<Hit> {
@@ -32,7 +33,7 @@ impl BruteScene {
         let (u, v, t) = (s.dot(p) / det, d.dot(q) / det, e2.dot(q) / det);
         let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > f64::from(ray.t_min) && t < f64::from(ray.t_max);
         let hit = Hit { t: t as f32, u: u as f32, v: v as f32, triangle };
-        (inside && self.geometry.masks().is_none_or(|m| m.exists(triangle, hit.u, hit.v))).then_some(hit)
+        (inside && (!self.masked || self.geometry.exists(triangle, hit.u, hit.v))).then_some(hit)
     }
 }
 

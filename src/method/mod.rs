@@ -1,5 +1,8 @@
 //! The methods, siblings that never import one another, and the one match that picks.
 
+pub mod decompose;
+pub mod photon_map;
+
 use serde::{Deserialize, Serialize};
 
 use crate::film::Film;

@@ -90,9 +90,7 @@ impl Geometry {
         }
         for (index, light) in scene.lights.iter().enumerate() {
             let (positions, triangles, radiance) = match *light {
-                Light::Quad { corner: c, edge1, edge2, radiance } => {
-                    (vec![c, c + edge1, c + edge1 + edge2, c + edge2], vec![[0, 1, 2], [0, 2, 3]], radiance)
-                }
+                Light::Quad { corner: c, edge1, edge2, radiance } => (vec![c, c + edge1, c + edge1 + edge2, c + edge2], vec![[0, 1, 2], [0, 2, 3]], radiance),
                 Light::Sphere { center, radius, radiance } => {
                     let (p, t) = icosphere(center, radius, 3);
                     (p, t, radiance)
@@ -190,7 +188,13 @@ impl Geometry {
         };
         SurfaceAttributes { p: a * (1.0 - u - v) + b * u + c * v, ng, ns, albedo: self.albedo(triangle, u, v) }
     }
-    /// The mask test, when any material has one.
+    /// True when the surface exists at barycentrics (u, v): always, unless its material has a mask.
+    pub fn exists(&self, triangle: u32, u: f32, v: f32) -> bool {
+        let m = self.material(triangle);
+        let texel = m.opacity_texture.map_or(1.0, |t| self.textures[t as usize].mask(self.uv(triangle, u, v)));
+        m.opacity * texel >= 0.5
+    }
+    /// The mask test, when any material has one. O(triangles): ask once, not per ray.
     pub fn masks(&self) -> Option<Masks<'_>> {
         let masked = |m: &Material| m.opacity_texture.is_some() || m.opacity < 0.5;
         self.material_of.iter().any(|&m| masked(&self.materials[m as usize])).then_some(Masks(self))
@@ -200,8 +204,6 @@ impl Geometry {
 impl Masks<'_> {
     /// True when the surface exists at barycentrics (u, v).
     pub fn exists(&self, triangle: u32, u: f32, v: f32) -> bool {
-        let m = self.0.material(triangle);
-        let texel = m.opacity_texture.map_or(1.0, |t| self.0.textures[t as usize].mask(self.0.uv(triangle, u, v)));
-        m.opacity * texel >= 0.5
+        self.0.exists(triangle, u, v)
     }
 }

@@ -1,0 +1,72 @@
+//! Ray queries by Embree 4.3 or later, through `ffi/embree_shim.c`.
+//!
+//! Input      [`Geometry`]: positions are copied into Embree's padded buffer, indices are shared. Output  [`EmbreeScene`].
+//! Method     one triangle mesh, build quality medium, `ROBUST`: watertight along shared edges. Masks are asked in a filter callback
+//!            that is set only when the geometry has any.
+//! Guarantees At creation the device is checked against the headers of the build (see `ffi/README.md`); later errors cannot happen.
+//!            Hits are the same for any number of threads: they are queried one by one, and the tests compare builds of 1, 2 and 8 threads.
+//! Not        bit-equal between packet widths, between the library's versions or between CPUs: widths use different arithmetic in the last
+//!            places, and among surfaces at equal distance (a shared edge) may name another triangle. Use one width for one purpose.
+//! Expects    `0 ≤ t_min`; a direction of zero length or a NaN hits nothing.
+//! Cost       a slice of rays crosses the border in one call; about 100 B per triangle.
+
+#[expect(unsafe_code, reason = "the border to C: every block says why it is sound")]
+mod raw;
+
+use std::sync::Arc;
+
+use super::RayQuery;
+use crate::error::Result;
+use crate::math::{Aabb, Hit, Ray};
+use crate::tessellate::Geometry;
+
+/// A committed Embree scene.
+#[derive(Debug)]
+pub struct EmbreeScene {
+    // Dropped in this order: the scene refers to the mask, and both to the geometry.
+    scene: raw::Scene,
+    _mask: Option<raw::Mask>,
+    geometry: Arc<Geometry>,
+    version: u32,
+}
+
+impl EmbreeScene {
+    /// Builds with `threads` threads (0 = all).
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Accel`] when the library does not fit the headers of the build, has no filter functions, or has no memory left.
+    pub fn build(geometry: &Arc<Geometry>, threads: usize) -> Result<Self> {
+        let geometry = Arc::clone(geometry);
+        let device = raw::Device::new(threads)?;
+        let mask = geometry.masks().map(|_| raw::Mask::new(&geometry));
+        let scene = raw::Scene::build(&device, &geometry, mask.as_ref())?;
+        Ok(Self { scene, _mask: mask, version: device.version(), geometry })
+    }
+
+    /// Version of the library in use: major, minor, patch.
+    pub fn version(&self) -> [u32; 3] {
+        [self.version / 10_000, self.version / 100 % 100, self.version % 100]
+    }
+}
+
+impl RayQuery for EmbreeScene {
+    fn closest(&self, ray: &Ray) -> Option<Hit> {
+        let mut hit = [None];
+        self.scene.closest(std::slice::from_ref(ray), &mut hit, 1);
+        hit[0]
+    }
+    fn occluded(&self, ray: &Ray) -> bool {
+        let mut hit = [false];
+        self.scene.occluded(std::slice::from_ref(ray), &mut hit, 1);
+        hit[0]
+    }
+    fn bounds(&self) -> Aabb {
+        self.geometry.bounds
+    }
+    fn closest_batch(&self, rays: &[Ray], hits: &mut [Option<Hit>], width: usize) {
+        self.scene.closest(rays, hits, width);
+    }
+    fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool], width: usize) {
+        self.scene.occluded(rays, occluded, width);
+    }
+}

@@ -1,0 +1,39 @@
+//! Irradiance decomposition in three passes `[Course07]`, `[AFO05]`.
+//!
+//! ```text
+//! E(x) = Σ A_l c_lm Y_lm(N)                                   far: interpolated SH
+//!      + Σ_{cells T near x} m_T (B_T G_T / π − S_T)            near: what T sends, less what the SH had claimed for T's directions
+//! ```
+//! with G the cosine-weighted solid angle of T above the horizon, S the SH radiance integrated over the same directions, B the radiosity of
+//! the side of T that faces x, and m a soft membership in the ball of radius alpha. Near cells are assumed visible.
+//!
+//! | Pass | File | In → out |
+//! |---|---|---|
+//! | 1 | [`crate::record`] | camera → `CameraSamples`, `ShadingPoints` |
+//! | 2 | [`cluster`] | points → [`cluster::Clusters`]; [`far`]: clusters → SH of each |
+//! | 3 | [`interpolate`], [`near`], [`reconstruct`] | SH, cells → irradiance at every point |
+//!
+//! Guarantees  bit-identical for any thread count; alpha = 0 is a plain SH gather; alpha = ∞ with `near_hits = "ignore"` is the sum over
+//!             all cells. Not: visibility among near cells (`near_visibility = "traced"` tests it at a price), leak tests between clusters.
+//! Cost        clusters · rays + points · (near cells · tens of ns).
+
+pub mod cluster;
+pub mod far;
+pub mod interpolate;
+pub mod near;
+mod render;
+pub mod reconstruct;
+mod settings;
+
+pub use render::{Inputs, Prepared, prepare, render};
+pub use settings::{DecomposeSettings, Length, Lengths, NearHits, NearIntegral, NearVisibility, Overlap};
+
+/// Membership of a cell at distance `d` in the near ball: 1 up to ¾ alpha, smoothstep to 0 at alpha. The one function that the ray rule
+/// of [`far`] and the sum of [`near`] share: what one leaves out the other adds.
+pub fn membership(d: f32, alpha: f32) -> f32 {
+    if alpha == f32::INFINITY {
+        return 1.0;
+    }
+    let t = ((alpha - d) / (0.25 * alpha).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}

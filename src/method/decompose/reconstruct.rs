@@ -1,0 +1,88 @@
+//! Pass 3: irradiance at every shading point: far by interpolation, near by the analytic sum.
+//!
+//! E = max(0, E_far + k · (Σ m B G/π − Σ m S)), k = min(1, 1/Σ form factors) with `overlap = "scale"`, else 1. Only the sum is clamped: single
+//! terms may be negative and must stay so, or a closed surround would no longer cancel the far field exactly.
+
+use rayon::prelude::*;
+
+use super::interpolate::FarField;
+use super::near::{NearQuery, NearTree};
+use super::{DecomposeSettings, NearIntegral, NearVisibility, Overlap};
+use crate::error::Result;
+use crate::radiometry::Rgb;
+use crate::record::ShadingPoints;
+use crate::run::{RayKind, Run};
+use crate::sampling::{Rng, Stream};
+use crate::sh::{Quadratic, ShRgb};
+use crate::shading::World;
+
+/// Irradiance at one point and where it comes from.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PointIrradiance {
+    /// Irradiance, W/m².
+    pub total: Rgb,
+    /// Far part alone, as interpolated.
+    pub far: Rgb,
+    /// Cluster of the largest weight.
+    pub cluster: u32,
+    /// Near cells that took part.
+    pub near_cells: u32,
+}
+
+/// Irradiance at `p` with unit normal `n` for a given far field.
+pub fn point(world: &World, tree: &NearTree, sh: &ShRgb, p: glam::Vec3, n: glam::Vec3, settings: &DecomposeSettings, alpha: f32, rng: &mut Rng) -> (PointIrradiance, u64) {
+    let far = sh.irradiance(n);
+    if settings.near_visibility == NearVisibility::Off {
+        return (PointIrradiance { total: far.max(Rgb::ZERO), far, ..PointIrradiance::default() }, 0);
+    }
+    let query = NearQuery {
+        alpha,
+        trace: (settings.near_visibility == NearVisibility::Traced).then_some(world),
+        monte_carlo: (settings.near_integral == NearIntegral::MonteCarlo).then_some((sh, settings.near_samples)),
+    };
+    let near = tree.sum(p, n, &query, rng);
+    let covered = match settings.near_integral {
+        NearIntegral::Exact => Quadratic::new(sh, n).integral(&near.moments),
+        NearIntegral::MonteCarlo => near.covered,
+    };
+    let scale = if settings.overlap == Overlap::Scale { 1.0 / near.form_factor.max(1.0) } else { 1.0 };
+    let total = (far + (near.sent - covered) * scale).max(Rgb::ZERO);
+    (PointIrradiance { total, far, cluster: 0, near_cells: near.cells }, u64::from(near.rays))
+}
+
+/// Irradiance at every point (phase `reconstruct`).
+///
+/// # Errors
+/// [`crate::error::Error::Interrupted`].
+pub fn reconstruct(world: &World, points: &ShadingPoints, field: &FarField<'_>, tree: &NearTree, settings: &DecomposeSettings, seed: u64, run: &Run) -> Result<Vec<PointIrradiance>> {
+    const BLOCK: usize = 256;
+    let alpha = settings.lengths(world.diagonal).alpha;
+    let phase = run.phase("reconstruct", points.len() as u64);
+    let blocks: Vec<Vec<PointIrradiance>> = run.install(|| {
+        (0..points.len().div_ceil(BLOCK))
+            .into_par_iter()
+            .map(|block| {
+                let range = block * BLOCK..((block + 1) * BLOCK).min(points.len());
+                if run.cancelled() {
+                    return Vec::new();
+                }
+                phase.advance(range.len() as u64);
+                let mut rays = 0;
+                let out = range
+                    .map(|i| {
+                        let (p, n) = (points.p[i], points.ns[i]);
+                        let Some((sh, cluster)) = field.at(p, n) else { return PointIrradiance::default() };
+                        let mut rng = Rng::new(seed, Stream::Near, i as u64, 0);
+                        let (found, shot) = point(world, tree, &sh, p, n, settings, alpha, &mut rng);
+                        rays += shot;
+                        PointIrradiance { cluster, ..found }
+                    })
+                    .collect();
+                run.rays.add(RayKind::Visibility, rays);
+                out
+            })
+            .collect()
+    });
+    run.check()?;
+    Ok(blocks.concat())
+}

@@ -1,0 +1,87 @@
+//! `--method photon-map`: the proxy itself, seen directly.
+//!
+//! Every pixel shows the mean over its samples of `L = Le + B / π` of the cell side hit, or the background: what a far ray of the
+//! decomposition sees, emission added. Cells show as facets, photon noise as blotches.
+//! Layers: beauty, `irradiance` (indirect, W·m⁻²), `albedo`, `cell.id` (at the pixel centre, −1 for background).
+
+use rayon::prelude::*;
+
+use super::Rendered;
+use crate::error::Result;
+use crate::film::Film;
+use crate::math::Ray;
+use crate::photon::{PhotonSettings, solve};
+use crate::radiometry::Rgb;
+use crate::run::{RayKind, Run};
+use crate::sampling::{Sobol, Stream};
+use crate::shading::World;
+use crate::tessellate::Cells;
+
+/// Renders the proxy made of cells no longer than `near_cell` (scene units) with `spp` samples a pixel.
+///
+/// # Errors
+/// For settings out of range, [`crate::error::Error::Interrupted`].
+pub fn render(world: &World, near_cell: f32, settings: &PhotonSettings, spp: u32, seed: u64, run: &Run) -> Result<Rendered> {
+    let cells = run.install(|| Cells::new(&world.geometry, near_cell))?;
+    let (proxy, stats) = solve(world, &cells, settings, seed, run)?;
+    let (width, height) = (world.camera.width, world.camera.height);
+    let spp = spp.max(1);
+    let phase = run.phase("reconstruct", u64::from(height));
+    let rows: Vec<Vec<[Rgb; 3]>> = run.install(|| {
+        (0..height)
+            .into_par_iter()
+            .map(|y| {
+                if run.cancelled() {
+                    return Vec::new();
+                }
+                let row = (0..width)
+                    .map(|x| {
+                        let sobol = Sobol::new(seed, Stream::Camera, u64::from(y) * u64::from(width) + u64::from(x));
+                        let mut sum = [Rgb::ZERO; 3];
+                        for i in 0..spp {
+                            let pixel = glam::Vec2::new(x as f32, y as f32) + sobol.sample_2d(i, 0);
+                            let dir = world.camera.direction(pixel);
+                            let Some(s) = world.closest(&Ray::new(world.camera.eye, dir)) else {
+                                sum[0] += world.lights.background(dir);
+                                continue;
+                            };
+                            let cell = cells.find(s.triangle, s.u, s.v);
+                            sum[0] += s.le + proxy.get(cell, s.side) / std::f32::consts::PI;
+                            sum[1] += proxy.indirect(cell, s.side);
+                            sum[2] += s.albedo;
+                        }
+                        sum.map(|c| c / spp as f32)
+                    })
+                    .collect();
+                run.rays.add(RayKind::Primary, u64::from(width * spp));
+                phase.advance(1);
+                row
+            })
+            .collect()
+    });
+    run.check()?;
+    let pixels: Vec<[Rgb; 3]> = rows.into_iter().flatten().collect();
+    let mut film = Film::new(width, height);
+    for (i, layer) in ["", "irradiance", "albedo"].into_iter().enumerate() {
+        film.set_rgb(layer, &pixels.iter().map(|p| p[i]).collect::<Vec<_>>());
+    }
+    let ids = run.install(|| {
+        (0..width * height)
+            .into_par_iter()
+            .map(|i| {
+                let pixel = glam::Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+                let ray = Ray::new(world.camera.eye, world.camera.direction(pixel));
+                world.closest(&ray).map_or(-1.0, |s| cells.find(s.triangle, s.u, s.v) as f32)
+            })
+            .collect()
+    });
+    film.set("cell.id", ids);
+    let stats = [
+        ("cells", serde_json::json!(stats.cells)),
+        ("photons", stats.photons.into()),
+        ("photon_paths", stats.paths.into()),
+        ("cell_sides", stats.sides.into()),
+        ("starved_cell_sides", stats.starved.into()),
+    ];
+    Ok(Rendered { film, stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect() })
+}

@@ -1,0 +1,268 @@
+//! Radiosity of every cell and side.
+//!
+//! * direct: `direct_samples` stratified points of the cell, one shadow ray each, albedo looked up at each point.
+//! * indirect, `estimate = "cells"`: photons on the side over its existing area; with fewer than `neighbours` photons the region grows
+//!   by doubling around the centroid (agreeing cell sides only, weight 1 − d²/r² on flux and area alike) until it has enough or reaches
+//!   `max_radius`. Flux is only ever divided by the area of the same cells, so no energy is lost where surface ends or is finely broken.
+//! * indirect, `estimate = "density"`: [`PhotonMap::irradiance`] at the centroid.
+//!
+//! Back sides of `one_sided` cells and black cells are skipped: zero. Values are per existing area: a masked cell's mean over its
+//! polygon is value · coverage.
+//! Cost  `direct_samples` shadow rays and one region query per cell side; fixed blocks in parallel.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::surface_index::SurfaceIndex;
+use super::{Estimate, PhotonMap, PhotonSettings, trace};
+use crate::error::Result;
+use crate::radiometry::Rgb;
+use crate::run::{RayKind, Run};
+use crate::sampling::{Sobol, Stream, sample_triangle};
+use crate::shading::{World, direct_irradiance};
+use crate::tessellate::{CellId, Cells, Masks, Side};
+
+const BLOCK: usize = 256;
+
+/// Light leaving every cell, emission left out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CellRadiosity {
+    /// Radiosity of the fronts, W·m⁻², per existing area.
+    pub front: Vec<Rgb>,
+    /// Radiosity of the backs.
+    pub back: Vec<Rgb>,
+    /// Indirect irradiance of the fronts, W·m⁻² (zero where skipped).
+    pub indirect_front: Vec<Rgb>,
+    /// Indirect irradiance of the backs.
+    pub indirect_back: Vec<Rgb>,
+    /// Fraction of every cell that exists; empty when nothing is masked.
+    pub coverage: Vec<f32>,
+}
+
+impl CellRadiosity {
+    /// Radiosity of a side, W·m⁻² per existing area; radiance is this / π.
+    pub fn get(&self, cell: CellId, side: Side) -> Rgb {
+        match side {
+            Side::Front => self.front[cell as usize],
+            Side::Back => self.back[cell as usize],
+        }
+    }
+    /// Indirect irradiance of a side, W·m⁻².
+    pub fn indirect(&self, cell: CellId, side: Side) -> Rgb {
+        match side {
+            Side::Front => self.indirect_front[cell as usize],
+            Side::Back => self.indirect_back[cell as usize],
+        }
+    }
+    /// Fraction of a cell that exists.
+    pub fn coverage(&self, cell: CellId) -> f32 {
+        self.coverage.get(cell as usize).copied().unwrap_or(1.0)
+    }
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.front.len()
+    }
+    /// True without cells.
+    pub fn is_empty(&self) -> bool {
+        self.front.is_empty()
+    }
+}
+
+/// What the proxy was made of.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ProxyStats {
+    /// Emitted paths.
+    pub paths: u32,
+    /// Stored photons.
+    pub photons: usize,
+    /// Emitted flux, W.
+    pub emitted_flux: Rgb,
+    /// Stored flux, W.
+    pub stored_flux: Rgb,
+    /// Cells.
+    pub cells: usize,
+    /// Cell sides that were computed.
+    pub sides: usize,
+    /// Cell sides whose estimate rests on fewer photons than asked for (`cells` only).
+    pub starved: usize,
+}
+
+/// Points of a cell that serve direct light, albedo and coverage.
+const COVERAGE_POINTS: u32 = 16;
+
+struct Points<'a> {
+    world: &'a World,
+    cells: &'a Cells,
+    masks: Option<Masks<'a>>,
+    seed: u64,
+}
+
+impl Points<'_> {
+    fn sobol(&self, cell: CellId) -> Sobol {
+        Sobol::new(self.seed, Stream::Cell, u64::from(cell))
+    }
+    /// Point `i` of a cell as barycentrics (u, v) of its triangle.
+    fn barycentrics(&self, cell: CellId, sobol: &Sobol, i: u32) -> Vec2 {
+        let b = sample_triangle(sobol.sample_2d(i, 0));
+        let [p, q, r] = self.cells.corners[cell as usize];
+        let x = p * (1.0 - b.x - b.y) + q * b.x + r * b.y;
+        let [v0, v1, v2] = self.world.geometry.corners(self.cells.triangle_of[cell as usize]).map(Vec3::as_dvec3);
+        let n = (v1 - v0).cross(v2 - v0);
+        let d = x.as_dvec3() - v0;
+        let (u, v) = (d.cross(v2 - v0).dot(n) / n.length_squared(), (v1 - v0).cross(d).dot(n) / n.length_squared());
+        Vec2::new(u.clamp(0.0, 1.0) as f32, v.clamp(0.0, 1.0) as f32)
+    }
+    fn exists(&self, cell: CellId, b: Vec2) -> bool {
+        self.masks.as_ref().is_none_or(|m| m.exists(self.cells.triangle_of[cell as usize], b.x, b.y))
+    }
+    fn coverage(&self, cell: CellId) -> f32 {
+        let sobol = self.sobol(cell);
+        (0..COVERAGE_POINTS).filter(|&i| self.exists(cell, self.barycentrics(cell, &sobol, i))).count() as f32 / COVERAGE_POINTS as f32
+    }
+}
+
+#[derive(Clone, Copy, Default)]
+struct Solved {
+    radiosity: [Rgb; 2],
+    indirect: [Rgb; 2],
+    sides: u32,
+    starved: u32,
+    rays: u64,
+}
+
+struct Solver<'a> {
+    points: Points<'a>,
+    settings: &'a PhotonSettings,
+    index: SurfaceIndex<'a>,
+    /// Only for the density estimate.
+    map: Option<PhotonMap>,
+    /// Largest radius, scene units.
+    cap: f32,
+    /// Radius that would hold half of the wanted photons if they were spread evenly.
+    first_radius: f32,
+}
+
+impl Solver<'_> {
+    fn indirect(&self, cell: CellId, side: Side, scratch: &mut Vec<(f32, u32)>) -> (Rgb, bool) {
+        let (p, n) = (self.points.cells.centroids[cell as usize], self.index.normal(cell, side));
+        if let Some(map) = &self.map {
+            return (map.irradiance(&self.index, p, n, self.settings, self.cap, scratch), false);
+        }
+        let k = self.settings.neighbours;
+        let own = self.index.own(cell, side);
+        if own.photons >= k && own.area > 0.0 {
+            return (own.flux / own.area, false);
+        }
+        let mut radius = self.first_radius.min(self.cap);
+        loop {
+            let region = self.index.region(p, n, radius);
+            let enough = region.photons >= k;
+            if enough || radius >= self.cap {
+                return (if region.area > 0.0 { region.flux / region.area } else { Rgb::ZERO }, !enough);
+            }
+            radius = (radius * std::f32::consts::SQRT_2).min(self.cap);
+        }
+    }
+
+    fn cell(&self, cell: CellId, scratch: &mut Vec<(f32, u32)>) -> Solved {
+        let mut out = Solved::default();
+        let Points { world, cells, .. } = self.points;
+        let triangle = cells.triangle_of[cell as usize];
+        let material = world.geometry.material(triangle);
+        if material.albedo.max_element() <= 0.0 {
+            return out;
+        }
+        let sobol = self.points.sobol(cell);
+        for side in [Side::Front, Side::Back] {
+            if side == Side::Back && cells.one_sided[cell as usize] {
+                continue;
+            }
+            let sign = if side == Side::Front { 1.0 } else { -1.0 };
+            let (mut direct, mut albedo, mut count) = (Rgb::ZERO, Rgb::ZERO, 0);
+            for i in 0..self.settings.direct_samples {
+                let b = self.points.barycentrics(cell, &sobol, i);
+                if !self.points.exists(cell, b) {
+                    continue;
+                }
+                let s = world.geometry.surface(triangle, b.x, b.y);
+                let pairs = 1 + 2 * side as u32;
+                let mut sample = |_: u32| (sobol.sample_1d(i, pairs), sobol.sample_2d(i, pairs + 1));
+                let (e, rays) = direct_irradiance(world, s.p, s.ng * sign, s.ns * sign, 1, &mut sample);
+                direct += e * s.albedo;
+                albedo += s.albedo;
+                count += 1;
+                out.rays += rays;
+            }
+            if count == 0 {
+                continue;
+            }
+            let (indirect, starved) = self.indirect(cell, side, scratch);
+            out.radiosity[side as usize] = (direct + albedo * indirect) / count as f32;
+            out.indirect[side as usize] = indirect;
+            out.sides += 1;
+            out.starved += u32::from(starved);
+        }
+        out
+    }
+}
+
+/// Traces photons (phase `photons`) and computes the radiosity of every cell (phase `cells`).
+///
+/// # Errors
+/// [`crate::error::Error::Setting`] for settings out of range, [`crate::error::Error::Interrupted`].
+pub fn solve(world: &World, cells: &Cells, settings: &PhotonSettings, seed: u64, run: &Run) -> Result<(CellRadiosity, ProxyStats)> {
+    settings.validate()?;
+    let traced = trace(world, cells, settings.count, seed, run)?;
+    let phase = run.phase("cells", cells.len() as u64);
+    let mut stats = ProxyStats {
+        paths: settings.count,
+        photons: traced.photons.len(),
+        emitted_flux: traced.emitted_flux,
+        stored_flux: traced.photons.iter().map(|p| p.flux.as_dvec3()).sum::<glam::DVec3>().as_vec3(),
+        cells: cells.len(),
+        ..ProxyStats::default()
+    };
+    let masks = world.geometry.masks();
+    let points = Points { world, cells, masks, seed };
+    let coverage: Vec<f32> =
+        if masks.is_some() { run.install(|| (0..cells.len() as u32).into_par_iter().map(|c| points.coverage(c)).collect()) } else { Vec::new() };
+    let area: Vec<f32> = (0..cells.len() as u32).map(|c| cells.area(c) * coverage.get(c as usize).unwrap_or(&1.0)).collect();
+    let whole: f64 = area.iter().map(|&a| f64::from(a)).sum();
+    let first_radius = (0.5 * whole * f64::from(settings.neighbours) / (std::f64::consts::PI * traced.photons.len().max(1) as f64)).sqrt() as f32;
+    let solver = run.install(|| Solver {
+        index: SurfaceIndex::new(&world.geometry, cells, area, &traced.photons, settings.normal_agreement),
+        map: (settings.estimate == Estimate::Density).then(|| PhotonMap::new(traced.photons)),
+        points,
+        settings,
+        cap: settings.max_radius * world.diagonal,
+        first_radius,
+    });
+    let solved: Vec<Vec<Solved>> = run.install(|| {
+        (0..cells.len().div_ceil(BLOCK))
+            .into_par_iter()
+            .map(|block| {
+                if run.cancelled() {
+                    return Vec::new();
+                }
+                let range = block * BLOCK..cells.len().min((block + 1) * BLOCK);
+                let n = range.len() as u64;
+                let mut scratch = Vec::new();
+                let out: Vec<Solved> = range.map(|c| solver.cell(c as CellId, &mut scratch)).collect();
+                run.rays.add(RayKind::Shadow, out.iter().map(|s| s.rays).sum());
+                phase.advance(n);
+                out
+            })
+            .collect()
+    });
+    run.check()?;
+    let mut radiosity = CellRadiosity { coverage, ..CellRadiosity::default() };
+    for s in solved.iter().flatten() {
+        radiosity.front.push(s.radiosity[0]);
+        radiosity.back.push(s.radiosity[1]);
+        radiosity.indirect_front.push(s.indirect[0]);
+        radiosity.indirect_back.push(s.indirect[1]);
+        stats.sides += s.sides as usize;
+        stats.starved += s.starved as usize;
+    }
+    Ok((radiosity, stats))
+}

@@ -1,0 +1,280 @@
+//! Pass 1: what the camera sees, and the points that need indirect light.
+//!
+//! ```text
+//! pixel = mean over camera samples of [ seen emission + albedo · (direct irradiance + E(point of the sample)) / π ]
+//! ```
+//! Camera samples (box filter, `spp` a pixel) carry visibility, albedo and direct light. Indirect irradiance E is evaluated at **shading
+//! points**: the samples of one pixel that lie on one surface (like normal, like plane) share a point at their mean position, weighted by
+//! their summed albedo. A pixel across an edge gets a point for each side, so edges stay antialiased at about 1.1 points a pixel.
+//!
+//! Input   [`World`], [`RecordSettings`], seed. Output  [`CameraSamples`]; the source's "pass 1" `[Course07]`.
+//! Guarantees  samples and points do not depend on the method or the thread count. Sky light on surfaces is not in `direct`; the sky that
+//!             the camera sees is in `emission`. Cost  `spp · (1 + light_samples)` rays a pixel; about 100 B a pixel.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::math::{Ray, offset_origin};
+use crate::radiometry::Rgb;
+use crate::run::{RayKind, Run};
+use crate::sampling::{Sobol, Stream};
+use crate::shading::{DirectSettings, Surface, World, direct_irradiance};
+
+/// How the camera is sampled.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RecordSettings {
+    /// Camera samples per pixel (box filter), 1..=4096.
+    pub spp: u32,
+    /// Cosine of the largest angle between normals that share a shading point.
+    pub share_normal_cos: f32,
+    /// Largest distance from a shared point's plane, in pixel footprints.
+    pub share_plane: f32,
+}
+
+impl Default for RecordSettings {
+    fn default() -> Self {
+        Self { spp: 16, share_normal_cos: 0.97, share_plane: 0.5 }
+    }
+}
+
+impl RecordSettings {
+    /// # Errors
+    /// [`Error::Setting`] for values out of range.
+    pub fn validate(&self) -> Result<()> {
+        if !(1..=4096).contains(&self.spp) {
+            return Err(Error::setting("record.spp", format!("{} is not in 1..=4096", self.spp)));
+        }
+        if !(self.share_normal_cos.is_finite() && self.share_plane.is_finite() && self.share_plane >= 0.0) {
+            return Err(Error::setting("record.share_plane", "must be finite and not negative"));
+        }
+        Ok(())
+    }
+}
+
+/// Points that need indirect irradiance; arrays of equal length, ordered by pixel.
+#[derive(Clone, Debug, Default)]
+pub struct ShadingPoints {
+    /// Position, lifted off the surface on the seen side.
+    pub p: Vec<Vec3>,
+    /// Unit geometric normal of the seen side.
+    pub ng: Vec<Vec3>,
+    /// Unit shading normal of the seen side.
+    pub ns: Vec<Vec3>,
+    /// Σ albedo of the samples that share the point, over `spp`: the pixel's indirect light is Σ `albedo_weight · E / π`.
+    pub albedo_weight: Vec<Rgb>,
+    /// Pixel (row · width + column).
+    pub pixel: Vec<u32>,
+    /// Side of a pixel at the point, scene units.
+    pub footprint: Vec<f32>,
+}
+
+impl ShadingPoints {
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.p.len()
+    }
+    /// True without points.
+    pub fn is_empty(&self) -> bool {
+        self.p.is_empty()
+    }
+}
+
+/// Pass 1's result: per pixel everything but indirect light, and the points that need it.
+#[derive(Clone, Debug, Default)]
+pub struct CameraSamples {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Emission and background that the camera sees, per pixel.
+    pub emission: Vec<Rgb>,
+    /// Direct light reflected to the camera, per pixel.
+    pub direct: Vec<Rgb>,
+    /// Mean albedo, per pixel.
+    pub albedo: Vec<Rgb>,
+    /// Mean shading normal, per pixel (not unit at edges; zero where nothing is hit).
+    pub normal: Vec<Vec3>,
+    /// Mean position of the hits, per pixel.
+    pub position: Vec<Vec3>,
+    /// Mean depth along the view axis, per pixel; infinite where nothing is hit.
+    pub depth: Vec<f32>,
+    /// Points that need indirect light.
+    pub points: ShadingPoints,
+}
+
+struct Group {
+    first: Surface,
+    p: Vec3,
+    ns: Vec3,
+    albedo: Rgb,
+    count: f32,
+}
+
+#[derive(Default)]
+struct Row {
+    emission: Vec<Rgb>,
+    direct: Vec<Rgb>,
+    albedo: Vec<Rgb>,
+    normal: Vec<Vec3>,
+    position: Vec<Vec3>,
+    depth: Vec<f32>,
+    points: ShadingPoints,
+    shadow_rays: u64,
+}
+
+/// Shoots the camera samples (phase `record`).
+///
+/// # Errors
+/// [`Error::Interrupted`].
+pub fn camera_samples(world: &World, settings: &RecordSettings, direct: &DirectSettings, seed: u64, run: &Run) -> Result<CameraSamples> {
+    let (width, height) = (world.camera.width, world.camera.height);
+    let phase = run.phase("record", u64::from(height));
+    let rows: Vec<Row> = run.install(|| {
+        (0..height)
+            .into_par_iter()
+            .map(|y| {
+                let mut row = Row::default();
+                if !run.cancelled() {
+                    for x in 0..width {
+                        pixel(world, settings, direct, seed, x, y, &mut row);
+                    }
+                }
+                run.rays.add(RayKind::Primary, u64::from(width * settings.spp));
+                run.rays.add(RayKind::Shadow, row.shadow_rays);
+                phase.advance(1);
+                row
+            })
+            .collect()
+    });
+    run.check()?;
+    let mut out = CameraSamples { width, height, ..CameraSamples::default() };
+    for row in rows {
+        out.emission.extend(row.emission);
+        out.direct.extend(row.direct);
+        out.albedo.extend(row.albedo);
+        out.normal.extend(row.normal);
+        out.position.extend(row.position);
+        out.depth.extend(row.depth);
+        out.points.p.extend(row.points.p);
+        out.points.ng.extend(row.points.ng);
+        out.points.ns.extend(row.points.ns);
+        out.points.albedo_weight.extend(row.points.albedo_weight);
+        out.points.pixel.extend(row.points.pixel);
+        out.points.footprint.extend(row.points.footprint);
+    }
+    Ok(out)
+}
+
+fn pixel(world: &World, settings: &RecordSettings, direct_settings: &DirectSettings, seed: u64, x: u32, y: u32, row: &mut Row) {
+    let index = y * world.camera.width + x;
+    let lens = Sobol::new(seed, Stream::Camera, u64::from(index));
+    let lamp = Sobol::new(seed, Stream::Direct, u64::from(index));
+    let (_, _, forward) = world.camera.axes();
+    let spp = settings.spp as f32;
+    let (mut emission, mut direct, mut albedo, mut normal, mut position, mut depth) = (Rgb::ZERO, Rgb::ZERO, Rgb::ZERO, Vec3::ZERO, Vec3::ZERO, 0.0);
+    let mut groups: Vec<Group> = Vec::new();
+    let mut hits = 0.0;
+    for s in 0..settings.spp {
+        let dir = world.camera.direction(Vec2::new(x as f32, y as f32) + lens.sample_2d(s, 0));
+        let Some(surface) = world.closest(&Ray::new(world.camera.eye, dir)) else {
+            emission += world.lights.background(dir);
+            continue;
+        };
+        hits += 1.0;
+        emission += surface.le;
+        albedo += surface.albedo;
+        normal += surface.ns;
+        position += surface.p;
+        let z = (surface.p - world.camera.eye).dot(forward);
+        depth += z;
+        if surface.albedo == Rgb::ZERO {
+            continue;
+        }
+        let lifted = offset_origin(surface.p, surface.ng, world.diagonal);
+        let count = direct_settings.light_samples;
+        let (e, rays) = direct_irradiance(world, lifted, surface.ng, surface.ns, count, &mut |i| {
+            let k = s * count + i;
+            (lamp.sample_1d(k, 0), lamp.sample_2d(k, 1))
+        });
+        row.shadow_rays += rays;
+        direct += surface.albedo * e * std::f32::consts::FRAC_1_PI;
+        let reach = settings.share_plane * z * world.camera.pixel_angle();
+        let shared = groups.iter_mut().find(|g| {
+            g.first.ns.dot(surface.ns) >= settings.share_normal_cos
+                && g.first.ng.dot(surface.ng) >= settings.share_normal_cos
+                && g.first.ng.dot(surface.p - g.first.p).abs() <= reach
+        });
+        match shared {
+            Some(g) => {
+                g.p += surface.p;
+                g.ns += surface.ns;
+                g.albedo += surface.albedo;
+                g.count += 1.0;
+            }
+            None => groups.push(Group { first: surface, p: surface.p, ns: surface.ns, albedo: surface.albedo, count: 1.0 }),
+        }
+    }
+    row.emission.push(emission / spp);
+    row.direct.push(direct / spp);
+    row.albedo.push(albedo / spp);
+    row.normal.push(normal / spp);
+    row.position.push(if hits > 0.0 { position / hits } else { Vec3::ZERO });
+    row.depth.push(if hits > 0.0 { depth / hits } else { f32::INFINITY });
+    for g in groups {
+        let p = g.p / g.count;
+        row.points.p.push(offset_origin(p, g.first.ng, world.diagonal));
+        row.points.ng.push(g.first.ng);
+        row.points.ns.push(g.ns.normalize_or(g.first.ns));
+        row.points.albedo_weight.push(g.albedo / spp);
+        row.points.pixel.push(index);
+        row.points.footprint.push((p - world.camera.eye).dot(forward) * world.camera.pixel_angle());
+    }
+}
+
+impl CameraSamples {
+    /// The image for an irradiance at every shading point, with the layers that all methods share: beauty, direct, emission, indirect,
+    /// irradiance (albedo-weighted mean), albedo, N, P, depth.
+    ///
+    /// `irradiance` has one entry a point.
+    pub fn compose(&self, irradiance: &[Rgb]) -> Film {
+        let pixels = (self.width * self.height) as usize;
+        let indirect = self.reflect(irradiance);
+        let mut film = Film::new(self.width, self.height);
+        let beauty: Vec<Rgb> = (0..pixels).map(|i| self.emission[i] + self.direct[i] + indirect[i]).collect();
+        film.set_rgb("", &beauty);
+        film.set_rgb("direct", &self.direct);
+        film.set_rgb("emission", &self.emission);
+        film.set_rgb("indirect", &indirect);
+        film.set_rgb("irradiance", &self.mean(irradiance));
+        film.set_rgb("albedo", &self.albedo);
+        film.set_xyz("N", &self.normal);
+        film.set_xyz("P", &self.position);
+        film.set("depth.Z", self.depth.clone());
+        film
+    }
+
+    /// Per pixel Σ `albedo_weight · value / π`: what a value of irradiance at the points adds to the picture.
+    pub fn reflect(&self, values: &[Rgb]) -> Vec<Rgb> {
+        let mut out = vec![Rgb::ZERO; (self.width * self.height) as usize];
+        for ((&pixel, &weight), &value) in self.points.pixel.iter().zip(&self.points.albedo_weight).zip(values) {
+            out[pixel as usize] += weight * value * std::f32::consts::FRAC_1_PI;
+        }
+        out
+    }
+
+    /// Per pixel the mean of a quantity of the points, weighted by albedo.
+    pub fn mean(&self, values: &[Rgb]) -> Vec<Rgb> {
+        let pixels = (self.width * self.height) as usize;
+        let (mut sum, mut weight) = (vec![Rgb::ZERO; pixels], vec![0.0; pixels]);
+        for ((&pixel, &albedo), &value) in self.points.pixel.iter().zip(&self.points.albedo_weight).zip(values) {
+            let w = albedo.element_sum();
+            sum[pixel as usize] += value * w;
+            weight[pixel as usize] += w;
+        }
+        sum.iter().zip(&weight).map(|(&s, &w)| if w > 0.0 { s / w } else { Rgb::ZERO }).collect()
+    }
+}

@@ -1,0 +1,46 @@
+//! Irradiance from lights, by shadow rays.
+
+use glam::{Vec2, Vec3};
+
+use super::LightSample;
+use crate::math::offset_origin;
+use crate::radiometry::Rgb;
+use crate::shading::World;
+
+/// True when the light of `sample` is seen along its ray.
+pub(crate) fn visible(world: &World, sample: &LightSample) -> bool {
+    match sample.must_hit_light {
+        None => !world.rays.occluded(&sample.ray),
+        Some(light) => world.rays.closest(&sample.ray).is_some_and(|hit| {
+            let t = hit.triangle as usize;
+            world.geometry.light_of[t] == light && world.geometry.face_normals[t].dot(sample.wi) < 0.0
+        }),
+    }
+}
+
+/// Irradiance at the surface point `p` with facing geometric normal `ng` and normal `n` (both unit) from sun, lamps and emitters (not
+/// the sky) by up to `count` shadow rays; also returns how many were shot.
+///
+/// `sample(i)` gives (pick, uv) of ray i, uniform; the pick is stratified here: ray i takes the i-th of `count` equal parts.
+/// `p` is moved off the surface along `ng` here. W·m⁻²; 0 for `count` = 0.
+pub fn direct_irradiance(world: &World, p: Vec3, ng: Vec3, n: Vec3, count: u32, sample: &mut dyn FnMut(u32) -> (f32, Vec2)) -> (Rgb, u64) {
+    if world.lights.is_empty() || count == 0 {
+        return (Rgb::ZERO, 0);
+    }
+    let origin = offset_origin(p, ng, world.diagonal);
+    let (mut sum, mut rays) = (Rgb::ZERO, 0);
+    for i in 0..count {
+        let (pick, uv) = sample(i);
+        let pick = ((i as f32 + pick) / count as f32).min(0.999_999_9);
+        let Some(light) = world.lights.sample(origin, n, pick, uv) else { continue };
+        let cos = n.dot(light.wi);
+        if cos <= 0.0 || ng.dot(light.wi) <= 0.0 {
+            continue;
+        }
+        rays += 1;
+        if visible(world, &light) {
+            sum += light.weight * cos;
+        }
+    }
+    (sum / count as f32, rays)
+}
