@@ -1,9 +1,149 @@
 //! The command line: parsing, progress, exit codes. The only room that prints.
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "the command line is where output goes")]
+//!
+//! Data goes to stdout; progress, notes, warnings and errors to stderr. Exit codes: 0 done, 1 a comparison over its bound, 2 usage or
+//! input error, 3 render failed, 130 interrupted (what was done is kept).
+#![allow(clippy::print_stdout, clippy::print_stderr, clippy::exit, reason = "the command line is where output goes and the process ends")]
+
+mod bench;
+mod compare;
+mod info;
+mod options;
+mod progress;
+mod render;
+mod statistics;
 
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+use crate::error::{Error, Result};
+
+/// Offline renderer for diffuse global illumination by near/far irradiance decomposition.
+#[derive(Debug, Parser)]
+#[command(name = "nearfar", version, arg_required_else_help = true, subcommand_required = true, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene: a scene TOML or an OBJ.
+    Render(render::RenderArgs),
+    /// Path trace the ground truth: unbiased, resumable, with two independent half images.
+    Reference(render::ReferenceArgs),
+    /// Compare an image with a reference: relMSE, bias, MSE, MAE, FLIP.
+    Compare(compare::CompareArgs),
+    /// Measure ray backends and methods.
+    Bench(bench::BenchArgs),
+    /// Tell what a scene holds and what is odd about it.
+    Info(info::InfoArgs),
+}
 
 /// Runs the program on the process's arguments.
 pub fn run() -> ExitCode {
-    ExitCode::SUCCESS
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+        }
+    };
+    let cancel = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&cancel);
+    let handler = ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+        eprintln!("stopping; what is done will be kept (press Ctrl-C again to quit at once)");
+    });
+    if let Err(error) = handler {
+        eprintln!("warning: Ctrl-C will end the program at once: {error}");
+    }
+    let done: Result<()> = match cli.command {
+        Command::Render(args) => render::render(&args, &cancel),
+        Command::Reference(args) => render::reference(&args, &cancel),
+        Command::Compare(args) => compare::compare(&args),
+        Command::Bench(args) => bench::bench(&args, &cancel),
+        Command::Info(args) => info::info(&args, &cancel),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// The command tree, for tests and generated documents.
+pub fn command() -> clap::Command {
+    Cli::command()
+}
+
+/// Prints the notes and warnings of loading.
+fn tell(quiet: bool, verbose: bool, notes: &[String], warnings: &[String]) {
+    if verbose && !quiet {
+        notes.iter().for_each(|n| eprintln!("note: {n}"));
+    }
+    if !quiet {
+        warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+}
+
+/// Parses a duration: seconds, or with a unit: `90`, `90s`, `1.5m`, `2h`.
+fn parse_seconds(text: &str) -> std::result::Result<f64, String> {
+    let (number, unit) = match text.strip_suffix(['s', 'm', 'h']) {
+        Some(number) => (number, text.chars().last()),
+        None => (text, None),
+    };
+    let factor = match unit {
+        Some('m') => 60.0,
+        Some('h') => 3600.0,
+        _ => 1.0,
+    };
+    match number.parse::<f64>() {
+        Ok(v) if v.is_finite() && v > 0.0 => Ok(v * factor),
+        _ => Err("write seconds, or a number with s, m or h: 90, 1.5m".into()),
+    }
+}
+
+/// Parses `WxH`.
+fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
+    let fail = || "write WIDTHxHEIGHT, for example 640x360".to_owned();
+    let (w, h) = text.split_once(['x', 'X', '×']).ok_or_else(fail)?;
+    match (w.trim().parse(), h.trim().parse()) {
+        (Ok(w), Ok(h)) if w > 0 && h > 0 => Ok((w, h)),
+        _ => Err(fail()),
+    }
+}
+
+/// Refuses a file that cannot be written before hours are spent on its content.
+fn check_writable(path: &std::path::Path) -> Result<()> {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            Err(Error::Image { path: path.into(), message: format!("folder {} does not exist: create it first", folder.display()) })
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tree_is_consistent() {
+        command().debug_assert();
+    }
+
+    #[test]
+    fn sizes_and_durations() {
+        assert_eq!(parse_size("640x360"), Ok((640, 360)));
+        assert!(parse_size("640").is_err() && parse_size("0x3").is_err());
+        assert_eq!(parse_seconds("1.5m"), Ok(90.0));
+        assert!(parse_seconds("-1").is_err() && parse_seconds("soon").is_err());
+    }
 }

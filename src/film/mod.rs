@@ -3,6 +3,12 @@
 //! A [`Film`] is a set of named f32 channels. The beauty is `R G B`; a layer `direct` is `direct.R direct.G direct.B`; scalars such as
 //! `depth.Z`, `cluster.id`, `samples` stand under their full name. Rows run from the top.
 
+mod exr;
+mod png;
+
+pub use exr::{Precision, read_exr, write_exr};
+pub use png::{srgb8, write_png, write_png_rgb};
+
 use std::collections::BTreeMap;
 
 use crate::radiometry::Rgb;

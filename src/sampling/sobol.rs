@@ -53,17 +53,16 @@ fn owen_value(x: u32, seed: u32) -> u32 {
     owen(x.reverse_bits(), seed).reverse_bits()
 }
 
-/// Second Sobol dimension: the Pascal matrix modulo 2.
-fn sobol_1(mut index: u32) -> u32 {
-    let (mut v, mut r) = (1u32 << 31, 0);
-    while index != 0 {
-        if index & 1 != 0 {
-            r ^= v;
-        }
-        index >>= 1;
-        v ^= v >> 1;
-    }
-    r
+/// Second Sobol dimension: the Pascal matrix modulo 2, C(i, k) odd exactly when the bits of k are among those of i; so bit k of the
+/// result is the sum over all supersets, five butterflies.
+fn sobol_1(index: u32) -> u32 {
+    let mut y = index;
+    y ^= (y >> 1) & 0x5555_5555;
+    y ^= (y >> 2) & 0x3333_3333;
+    y ^= (y >> 4) & 0x0f0f_0f0f;
+    y ^= (y >> 8) & 0x00ff_00ff;
+    y ^= (y >> 16) & 0x0000_ffff;
+    y.reverse_bits()
 }
 
 fn unit(x: u32) -> f32 {
@@ -89,6 +88,23 @@ mod tests {
                     assert!(seen.iter().all(|&c| c == 1), "element {element} pair {pair} {nx}x{ny}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn second_dimension_by_its_direction_numbers() {
+        let slow = |mut index: u32| {
+            let (mut v, mut r) = (1u32 << 31, 0);
+            while index != 0 {
+                r ^= if index & 1 != 0 { v } else { 0 };
+                index >>= 1;
+                v ^= v >> 1;
+            }
+            r
+        };
+        for i in 0..1000u32 {
+            let i = hash64(u64::from(i)) as u32 >> (i % 32);
+            assert_eq!(sobol_1(i), slow(i));
         }
     }
 

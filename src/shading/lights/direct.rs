@@ -8,7 +8,7 @@ use crate::radiometry::Rgb;
 use crate::shading::World;
 
 /// True when the light of `sample` is seen along its ray.
-pub(crate) fn visible(world: &World, sample: &LightSample) -> bool {
+pub fn light_visible(world: &World, sample: &LightSample) -> bool {
     match sample.must_hit_light {
         None => !world.rays.occluded(&sample.ray),
         Some(light) => world.rays.closest(&sample.ray).is_some_and(|hit| {
@@ -38,7 +38,7 @@ pub fn direct_irradiance(world: &World, p: Vec3, ng: Vec3, n: Vec3, count: u32, 
             continue;
         }
         rays += 1;
-        if visible(world, &light) {
+        if light_visible(world, &light) {
             sum += light.weight * cos;
         }
     }

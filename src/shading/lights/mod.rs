@@ -28,7 +28,7 @@ use crate::sampling::Discrete;
 use crate::scene::{Light, Material, Scene};
 use crate::tessellate::Geometry;
 
-pub use direct::direct_irradiance;
+pub use direct::{direct_irradiance, light_visible};
 use pick::Groups;
 
 /// One connection to a light.
@@ -220,6 +220,18 @@ impl LightTable {
     /// Flux of all lights, W per channel. The sun's and the sky's are what enters the scene's bounding sphere.
     pub fn power(&self) -> Rgb {
         self.power
+    }
+
+    /// Says everything about the lights as text, for fingerprints of a scene; not for people.
+    pub fn describe(&self, write: &mut dyn FnMut(&str)) {
+        write(&format!("{:?}", self.sky));
+        for source in &self.sources {
+            match source {
+                // Emissive triangles follow from geometry and materials.
+                Source::Triangle { .. } => {}
+                other => write(&format!("{other:?}")),
+            }
+        }
     }
 
     /// True when nothing emits, not even the sky.

@@ -1,0 +1,133 @@
+//! Options that rendering commands share, and how they become a scene and settings.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use std::io::IsTerminal;
+use toml::{Table, Value};
+
+use super::progress::Bar;
+use super::{parse_seconds, parse_size, tell};
+use crate::accel::Backend;
+use crate::config::{self, RenderConfig};
+use crate::error::Result;
+use crate::run::Run;
+use crate::scene::Scene;
+
+/// Options of every command that reads a scene.
+#[derive(Debug, Args)]
+pub(super) struct SceneOptions {
+    /// Scene TOML or OBJ.
+    pub(super) scene: PathBuf,
+    /// Image size in pixels.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(super) size: Option<(u32, u32)>,
+    /// Override any key of the scene file; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(super) assignments: Vec<String>,
+    /// Seed of every random number.
+    #[arg(long)]
+    pub(super) seed: Option<u64>,
+    /// Worker threads; 0: all cores.
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub(super) threads: usize,
+    /// Who answers ray queries.
+    #[arg(long, default_value_t, value_enum)]
+    pub(super) backend: Backend,
+    /// Only errors.
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub(super) quiet: bool,
+    /// Notes and the seconds of every phase.
+    #[arg(short, long)]
+    pub(super) verbose: bool,
+}
+
+/// A scene and what is to be done with it.
+pub(super) struct Job {
+    pub(super) scene: Scene,
+    pub(super) config: RenderConfig,
+    pub(super) run: Run,
+    pub(super) start: Instant,
+}
+
+impl SceneOptions {
+    /// Loads the scene, merges `extra` (dotted key, value) over the settings, and starts the threads.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the scene or a setting.
+    pub(super) fn prepare(&self, extra: &[(&str, Value)], time_limit: Option<f64>, cancel: &Arc<AtomicBool>) -> Result<Job> {
+        let start = Instant::now();
+        let mut run = Run::new(self.threads)?;
+        run.deadline = time_limit.map(|s| start + Duration::from_secs_f64(s));
+        if !self.quiet && std::io::stderr().is_terminal() {
+            run = run.with_reporter(Box::new(Bar::default()), Arc::clone(cancel));
+        } else {
+            run = run.with_reporter(Box::new(NoBar), Arc::clone(cancel));
+        }
+        let phase = run.phase("load", 1);
+        let (scene, mut settings, notes, warnings) = self.load()?;
+        drop(phase);
+        tell(self.quiet, self.verbose, &notes, &warnings);
+        for (key, value) in extra {
+            config::set(&mut settings, key, value.clone())?;
+        }
+        if let Some(seed) = self.seed {
+            config::set(&mut settings, "seed", Value::Integer(seed as i64))?;
+        }
+        let config = RenderConfig::from_table(settings)?;
+        Ok(Job { scene, config, run, start })
+    }
+
+    fn load(&self) -> Result<(Scene, Table, Vec<String>, Vec<String>)> {
+        let mut settings = Table::new();
+        for text in &self.assignments {
+            let (key, value) = config::parse_assignment(text)?;
+            config::set(&mut settings, &key, value)?;
+        }
+        let mut scene = crate::scene::Scene::default();
+        if let Some((w, h)) = self.size {
+            (scene.camera.width, scene.camera.height) = (w, h);
+        }
+        Ok((scene, settings, Vec::new(), Vec::new()))
+    }
+}
+
+#[derive(Debug)]
+struct NoBar;
+impl crate::run::Reporter for NoBar {
+    fn begin(&self, _: &str, _: u64) {}
+    fn advance(&self, _: u64) {}
+    fn end(&self) {}
+}
+
+/// Options about the picture and what is told of it.
+#[derive(Debug, Args)]
+pub(super) struct OutputOptions {
+    /// Image to write: OpenEXR with all layers.
+    #[arg(short, long, value_name = "OUT.exr")]
+    pub(super) output: PathBuf,
+    /// Samples per pixel.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) spp: Option<u32>,
+    /// Stop a progressive method after this time: seconds, or 90s, 1.5m, 2h.
+    #[arg(long, value_name = "TIME", value_parser = parse_seconds)]
+    pub(super) time_limit: Option<f64>,
+    /// Layers to write beside the beauty; default all.
+    #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
+    pub(super) aov: Vec<String>,
+    /// Write statistics as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub(super) stats: Option<PathBuf>,
+    /// Write a PNG beside the image.
+    #[arg(long)]
+    pub(super) png: bool,
+    /// Exposure of the PNG in stops.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "STOPS")]
+    pub(super) exposure: f32,
+    /// Store colours in 16 bits.
+    #[arg(long)]
+    pub(super) half: bool,
+}

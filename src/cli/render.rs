@@ -1,0 +1,183 @@
+//! `nearfar render` and `nearfar reference`.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::Args;
+use serde_json::json;
+use toml::Value;
+
+use super::options::{Job, OutputOptions, SceneOptions};
+use super::{check_writable, statistics};
+use crate::error::{Error, Result};
+use crate::film::{self, Film, Precision};
+use crate::method::{Method, Rendered, path};
+use crate::shading::World;
+
+/// Options of `nearfar render`.
+#[derive(Debug, Args)]
+pub(super) struct RenderArgs {
+    #[command(flatten)]
+    scene: SceneOptions,
+    #[command(flatten)]
+    output: OutputOptions,
+    /// How light is computed.
+    #[arg(long, default_value_t, value_enum)]
+    method: Method,
+    /// Near/far distance: a length, or a share of the scene's diagonal such as "2%".
+    #[arg(long, value_name = "LENGTH")]
+    alpha: Option<String>,
+}
+
+/// Options of `nearfar reference`.
+#[derive(Debug, Args)]
+pub(super) struct ReferenceArgs {
+    #[command(flatten)]
+    scene: SceneOptions,
+    #[command(flatten)]
+    output: OutputOptions,
+    /// Stop once the estimated relMSE of the image's own noise is below this.
+    #[arg(long, value_name = "RELMSE")]
+    target_error: Option<f64>,
+    /// Go on from an earlier file as if it had never stopped.
+    #[arg(long, value_name = "FILE.exr")]
+    resume: Option<std::path::PathBuf>,
+    /// Leave out the running sums: a smaller file that cannot be resumed.
+    #[arg(long)]
+    no_state: bool,
+}
+
+/// The method's key for samples per pixel.
+fn spp_key(method: Method) -> &'static str {
+    match method {
+        Method::Path => "path.spp",
+        _ => "decompose.spp",
+    }
+}
+
+/// Without a number of samples, a limit on time or error alone decides.
+fn endless(output: &OutputOptions, target_error: Option<f64>) -> bool {
+    output.spp.is_none() && (output.time_limit.is_some() || target_error.is_some())
+}
+
+/// Samples that no run reaches and that the sampler can still count.
+const ENDLESS_SPP: i64 = 1 << 30;
+
+/// # Errors
+/// Whatever stops a render; see [`Error`].
+pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
+    let mut extra = Vec::new();
+    if let Some(spp) = args.output.spp {
+        extra.push((spp_key(args.method), Value::Integer(spp.into())));
+    } else if args.method == Method::Path && endless(&args.output, None) {
+        extra.push(("path.spp", Value::Integer(ENDLESS_SPP)));
+    }
+    if let Some(alpha) = &args.alpha {
+        extra.push(("decompose.alpha", crate::config::parse_value(alpha)));
+    }
+    check_outputs(&args.output)?;
+    let job = args.scene.prepare(&extra, args.output.time_limit, cancel)?;
+    let world = World::new(&job.scene, args.scene.backend, &job.run)?;
+    let rendered = match args.method {
+        Method::Path => path::render(&world, &job.config.path, job.config.seed, &job.run)?,
+        other => return Err(Error::Usage(format!("--method {}: not built yet", name(other)))),
+    };
+    finish(&args.scene, &args.output, args.method, &job, &world, rendered)
+}
+
+/// # Errors
+/// Whatever stops a render; see [`Error`].
+pub(super) fn reference(args: &ReferenceArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
+    let mut extra = Vec::new();
+    if let Some(spp) = args.output.spp {
+        extra.push(("path.spp", Value::Integer(spp.into())));
+    } else if endless(&args.output, args.target_error) {
+        extra.push(("path.spp", Value::Integer(ENDLESS_SPP)));
+    }
+    if let Some(error) = args.target_error {
+        extra.push(("path.target_error", Value::Float(error)));
+    }
+    check_outputs(&args.output)?;
+    let earlier = args.resume.as_deref().map(film::read_exr).transpose()?;
+    let job = args.scene.prepare(&extra, args.output.time_limit, cancel)?;
+    let world = World::new(&job.scene, args.scene.backend, &job.run)?;
+    let rendered = path::reference(&world, &job.config.path, job.config.seed, &job.run, earlier.as_ref(), !args.no_state)?;
+    finish(&args.scene, &args.output, Method::Path, &job, &world, rendered)
+}
+
+fn check_outputs(output: &OutputOptions) -> Result<()> {
+    if output.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
+        return Err(Error::Usage(format!("--output {}: the image is OpenEXR, name it .exr (--png writes a PNG beside it)", output.output.display())));
+    }
+    check_writable(&output.output)?;
+    output.stats.as_deref().map_or(Ok(()), check_writable)
+}
+
+fn name(method: Method) -> String {
+    clap::ValueEnum::to_possible_value(&method).map_or_else(String::new, |v| v.get_name().to_owned())
+}
+
+/// Keeps the beauty and the named layers; the running sums and halves of a reference always stay.
+fn keep_layers(film: &mut Film, wanted: &[String]) -> Result<()> {
+    if wanted.is_empty() {
+        return Ok(());
+    }
+    let layer_of = |channel: &str| channel.split_once('.').map(|(layer, _)| layer.to_owned());
+    let mut layers: Vec<String> = film.channels.keys().filter_map(|c| layer_of(c).or_else(|| (c.len() > 1).then(|| c.clone()))).collect();
+    layers.dedup();
+    let layers: std::collections::BTreeSet<String> = layers.into_iter().filter(|l| l != "state").collect();
+    for layer in wanted.iter().filter(|l| !layers.contains(*l) && *l != "none") {
+        let known: Vec<&str> = layers.iter().map(String::as_str).collect();
+        return Err(Error::Usage(format!("--aov {layer}: this method has no such layer; it has {}", known.join(", "))));
+    }
+    let stays = |c: &str| ["R", "G", "B"].contains(&c) || c.starts_with("state.") || wanted.iter().any(|w| w == c || layer_of(c).as_ref() == Some(w));
+    film.channels.retain(|c, _| stays(c));
+    Ok(())
+}
+
+fn finish(scene: &SceneOptions, output: &OutputOptions, method: Method, job: &Job, world: &World, rendered: Rendered) -> Result<()> {
+    let Rendered { mut film, stats } = rendered;
+    let interrupted = job.run.cancelled();
+    if !scene.quiet {
+        job.run.warnings().iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    keep_layers(&mut film, &output.aov)?;
+    let settings = job.config.to_table()?;
+    for (key, value) in [
+        ("nearfar.version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("nearfar.scene", scene.scene.display().to_string()),
+        ("nearfar.method", name(method)),
+        ("nearfar.seed", job.config.seed.to_string()),
+        ("nearfar.settings", settings.to_string()),
+        ("nearfar.seconds", format!("{:.2}", job.start.elapsed().as_secs_f64())),
+        ("nearfar.complete", (!interrupted).to_string()),
+    ] {
+        film.header.insert(key.into(), value);
+    }
+    {
+        let _phase = job.run.phase("write", 1);
+        film::write_exr(&film, &output.output, if output.half { Precision::Half } else { Precision::Full })?;
+        if output.png {
+            film::write_png(&film, &output.output.with_extension("png"), output.exposure)?;
+        }
+    }
+    let mut stats = statistics::collect(&job.run, job.start.elapsed().as_secs_f64(), stats);
+    for (key, value) in [
+        ("method", json!(name(method))),
+        ("backend", json!(scene.backend)),
+        ("width", json!(film.width)),
+        ("height", json!(film.height)),
+        ("seed", json!(job.config.seed)),
+        ("triangles", json!(world.geometry.len())),
+    ] {
+        stats.insert(key.into(), value);
+    }
+    if let Some(path) = &output.stats {
+        statistics::write(&stats, path)?;
+    }
+    if scene.verbose {
+        job.run.seconds().iter().for_each(|(phase, seconds)| eprintln!("{phase:>12} {seconds:8.2} s"));
+        eprintln!("{:>12} {:8.2} s, {:.2} s of CPU", "total", job.start.elapsed().as_secs_f64(), statistics::cpu_seconds());
+    }
+    if interrupted { Err(Error::Interrupted) } else { Ok(()) }
+}
