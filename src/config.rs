@@ -1,13 +1,16 @@
 //! All settings in one place: every room's settings struct under its key, with defaults, read from the scene file and `--set`.
 //!
-//! Keys are dotted: `decompose.alpha`, `photon.count`, `path.spp`. Unknown keys are errors that name the nearest known ones.
+//! Keys are dotted: `decompose.alpha`, `photon.count`, `path.spp`. Unknown keys are errors that name the known ones.
 //! Precedence, later wins: defaults, scene file, `--set`, the option of its own (`--spp`, `--alpha`, `--seed`).
 
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::error::{Error, Result};
+use crate::method::decompose::DecomposeSettings;
 use crate::method::path::PathSettings;
+use crate::photon::PhotonSettings;
+use crate::record::RecordSettings;
 use crate::shading::DirectSettings;
 
 /// What is computed at which quality.
@@ -18,6 +21,12 @@ pub struct RenderConfig {
     pub seed: u64,
     /// Direct light.
     pub direct: DirectSettings,
+    /// Camera samples and shading points.
+    pub record: RecordSettings,
+    /// The proxy.
+    pub photon: PhotonSettings,
+    /// Passes 2 and 3 of the decomposition.
+    pub decompose: DecomposeSettings,
     /// Path tracing.
     pub path: PathSettings,
 }
@@ -28,14 +37,21 @@ impl RenderConfig {
     /// # Errors
     /// [`Error::Setting`] for unknown keys, wrong types and values out of range.
     pub fn from_table(table: Table) -> Result<Self> {
-        check_keys(&table, &Self::default().to_table()?, "")?;
-        for (key, value) in &table {
-            // One section at a time, so that a wrong type is reported under its name.
-            let alone: Table = [(key.clone(), value.clone())].into_iter().collect();
-            alone.try_into::<Self>().map_err(|e| Error::setting(offender(key, value), one_line(e.message())))?;
+        for (section, value) in &table {
+            let Value::Table(keys) = value else {
+                check_alone(section, section, value.clone())?;
+                continue;
+            };
+            check_alone(section, section, Value::Table(Table::new()))?;
+            for (key, value) in keys {
+                check_alone(&format!("{section}.{key}"), section, Value::Table([(key.clone(), value.clone())].into_iter().collect()))?;
+            }
         }
         let config: Self = table.try_into().map_err(|e: toml::de::Error| Error::setting("settings", one_line(e.message())))?;
         config.path.check()?;
+        config.decompose.validate()?;
+        config.photon.validate()?;
+        config.record.validate()?;
         Ok(config)
     }
 
@@ -48,63 +64,27 @@ impl RenderConfig {
     }
 }
 
+/// Reads one key alone, so that whatever is wrong with it is reported under its dotted name.
+fn check_alone(dotted: &str, section: &str, value: Value) -> Result<()> {
+    let alone: Table = [(section.to_owned(), value)].into_iter().collect();
+    alone.try_into::<RenderConfig>().map(|_| ()).map_err(|e| Error::setting(dotted, one_line(e.message()).replace("field", "key")))
+}
+
 fn one_line(message: &str) -> String {
     message.lines().collect::<Vec<_>>().join(" ")
 }
 
-/// The only key of a section, dotted, else the section.
-fn offender(key: &str, value: &Value) -> String {
-    match value {
-        Value::Table(t) if t.len() == 1 => t.iter().next().map_or(key.to_owned(), |(k, v)| format!("{key}.{}", offender(k, v))),
-        _ => key.to_owned(),
-    }
-}
-
-fn check_keys(table: &Table, known: &Table, prefix: &str) -> Result<()> {
-    for (key, value) in table {
-        let dotted = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
-        match (known.get(key), value) {
-            (None, _) => {
-                let mut names: Vec<&String> = known.keys().collect();
-                names.sort_by_key(|n| distance(n, key));
-                let names: Vec<_> = names.into_iter().map(|n| format!("\"{n}\"")).collect();
-                let place = if prefix.is_empty() { "known sections and keys".into() } else { format!("keys of \"{prefix}\"") };
-                return Err(Error::setting(dotted, format!("unknown key; {place}: {}", names.join(", "))));
-            }
-            (Some(Value::Table(inner)), Value::Table(given)) => check_keys(given, inner, &dotted)?,
-            (Some(Value::Table(_)), _) => return Err(Error::setting(&dotted, format!("is a section: set a key of it, such as \"{dotted}.…\""))),
-            _ => {}
-        }
-    }
-    Ok(())
-}
-
-/// Edit distance, to name the nearest key first.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &y) in b.iter().enumerate() {
-            let next = (diagonal + usize::from(x != y)).min(row[j] + 1).min(row[j + 1] + 1);
-            diagonal = std::mem::replace(&mut row[j + 1], next);
-        }
-    }
-    row[b.len()]
-}
-
-/// `key=value` with the value read as TOML; what is no TOML value counts as text.
+/// A dotted key and the text of its value, from `key=value`.
 ///
 /// # Errors
 /// [`Error::Usage`] without `=` or with an empty part of the key.
-pub fn parse_assignment(text: &str) -> Result<(String, Value)> {
+pub fn parse_assignment(text: &str) -> Result<(String, String)> {
     let (key, value) = text.split_once('=').ok_or_else(|| Error::Usage(format!("--set {text}: write key=value, for example path.spp=64")))?;
     let key = key.trim();
     if key.is_empty() || key.split('.').any(|k| k.trim().is_empty()) {
         return Err(Error::Usage(format!("--set {text}: \"{key}\" is not a dotted key")));
     }
-    Ok((key.to_owned(), parse_value(value.trim())))
+    Ok((key.to_owned(), value.trim().to_owned()))
 }
 
 /// A TOML value, else the text itself.
@@ -147,11 +127,12 @@ mod tests {
     #[test]
     fn errors_name_the_key() {
         for (text, expected) in [
-            ("[path]\nsppp = 3", "setting \"path.sppp\": unknown key; keys of \"path\": \"spp\""),
-            ("[pth]\nspp = 3", "setting \"pth\": unknown key; known sections and keys: \"path\""),
+            ("[path]\nsppp = 3", "setting \"path.sppp\": unknown key `sppp`, expected one of `spp`"),
+            ("[pth]\nspp = 3", "setting \"pth\": unknown key `pth`, expected one of `seed`"),
+            ("[decompose]\nnear_cell = 0.1\nalpha = \"x\"", "setting \"decompose.alpha\": \"x\" is not a length"),
             ("[path]\nspp = \"many\"", "setting \"path.spp\": invalid type"),
             ("[path]\nspp = 0", "setting \"path.spp\": must be at least 1"),
-            ("path = 3", "setting \"path\": is a section"),
+            ("path = 3", "setting \"path\": invalid type: integer `3`, expected struct"),
         ] {
             let error = config(text).unwrap_err().to_string();
             assert!(error.starts_with(expected), "{error}");
@@ -160,9 +141,9 @@ mod tests {
 
     #[test]
     fn assignments() {
-        assert_eq!(parse_assignment("path.spp = 3").unwrap(), ("path.spp".into(), Value::Integer(3)));
-        assert_eq!(parse_assignment("a.b=[1, 2.5]").unwrap().1.as_array().unwrap().len(), 2);
-        assert_eq!(parse_assignment("decompose.near_hits=ignore").unwrap().1, Value::String("ignore".into()));
+        assert_eq!(parse_assignment("path.spp = 3").unwrap(), ("path.spp".into(), "3".into()));
+        assert_eq!(parse_value("[1, 2.5]").as_array().unwrap().len(), 2);
+        assert_eq!(parse_value("ignore"), Value::String("ignore".into()));
         assert!(parse_assignment("path.spp").is_err() && parse_assignment("path..spp=1").is_err());
         let mut t = Table::new();
         set(&mut t, "a.b.c", Value::Integer(1)).unwrap();

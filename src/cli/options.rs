@@ -7,13 +7,14 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use std::io::IsTerminal;
-use toml::{Table, Value};
+use toml::Value;
 
 use super::progress::Bar;
 use super::{parse_seconds, parse_size, tell};
 use crate::accel::Backend;
 use crate::config::{self, RenderConfig};
 use crate::error::Result;
+use crate::load::{Loaded, load};
 use crate::run::Run;
 use crate::scene::Scene;
 
@@ -68,7 +69,7 @@ impl SceneOptions {
             run = run.with_reporter(Box::new(NoBar), Arc::clone(cancel));
         }
         let phase = run.phase("load", 1);
-        let (scene, mut settings, notes, warnings) = self.load()?;
+        let Loaded { scene, mut settings, notes, warnings } = self.load()?;
         drop(phase);
         tell(self.quiet, self.verbose, &notes, &warnings);
         for (key, value) in extra {
@@ -81,17 +82,15 @@ impl SceneOptions {
         Ok(Job { scene, config, run, start })
     }
 
-    fn load(&self) -> Result<(Scene, Table, Vec<String>, Vec<String>)> {
-        let mut settings = Table::new();
+    fn load(&self) -> Result<Loaded> {
+        let mut overrides = Vec::new();
         for text in &self.assignments {
-            let (key, value) = config::parse_assignment(text)?;
-            config::set(&mut settings, &key, value)?;
+            overrides.push(config::parse_assignment(text)?);
         }
-        let mut scene = crate::scene::Scene::default();
-        if let Some((w, h)) = self.size {
-            (scene.camera.width, scene.camera.height) = (w, h);
+        if let Some((width, height)) = self.size {
+            overrides.extend([("camera.width".into(), width.to_string()), ("camera.height".into(), height.to_string())]);
         }
-        Ok((scene, settings, Vec::new(), Vec::new()))
+        load(&self.scene, &overrides)
     }
 }
 

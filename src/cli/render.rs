@@ -11,7 +11,8 @@ use super::options::{Job, OutputOptions, SceneOptions};
 use super::{check_writable, statistics};
 use crate::error::{Error, Result};
 use crate::film::{self, Film, Precision};
-use crate::method::{Method, Rendered, path};
+use crate::config::RenderConfig;
+use crate::method::{Method, Rendered, decompose, direct, path, photon_map};
 use crate::shading::World;
 
 /// Options of `nearfar render`.
@@ -51,7 +52,7 @@ pub(super) struct ReferenceArgs {
 fn spp_key(method: Method) -> &'static str {
     match method {
         Method::Path => "path.spp",
-        _ => "decompose.spp",
+        _ => "record.spp",
     }
 }
 
@@ -80,7 +81,15 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     let world = World::new(&job.scene, args.scene.backend, &job.run)?;
     let rendered = match args.method {
         Method::Path => path::render(&world, &job.config.path, job.config.seed, &job.run)?,
-        other => return Err(Error::Usage(format!("--method {}: not built yet", name(other)))),
+        Method::Decomposition => {
+            let RenderConfig { decompose: ref settings, ref photon, ref record, ref direct, seed, .. } = job.config;
+            decompose::render(&world, decompose::Inputs { decompose: settings, photon, record, direct, seed }, &job.run)?
+        }
+        Method::PhotonMap => {
+            let near_cell = job.config.decompose.lengths(world.diagonal).near_cell;
+            photon_map::render(&world, near_cell, &job.config.photon, job.config.record.spp, job.config.seed, &job.run)?
+        }
+        Method::Direct => direct::render(&world, &job.config.record, &job.config.direct, job.config.seed, &job.run)?,
     };
     finish(&args.scene, &args.output, args.method, &job, &world, rendered)
 }

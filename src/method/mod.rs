@@ -1,6 +1,7 @@
 //! The methods, siblings that never import one another, and the one match that picks.
 
 pub mod decompose;
+pub mod direct;
 pub mod path;
 pub mod photon_map;
 
