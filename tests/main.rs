@@ -1,6 +1,8 @@
 //! All integration tests in one binary; one module a rung of the ladder.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise")]
 
+mod architecture;
+mod conformance;
 mod decompose;
 mod photon;
 mod references;

@@ -165,7 +165,13 @@ fn hollow_sphere(n: u32, radius: f32) -> Mesh {
         }
     }
     let count = positions.len() as u32 / 3;
-    Mesh { positions, triangles: (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(), materials: vec![0; count as usize], sides: Sides::One, ..Mesh::default() }
+    Mesh {
+        positions,
+        triangles: (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+        materials: vec![0; count as usize],
+        sides: Sides::One,
+        ..Mesh::default()
+    }
 }
 
 #[test]

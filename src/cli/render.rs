@@ -9,9 +9,9 @@ use toml::Value;
 
 use super::options::{Job, OutputOptions, SceneOptions};
 use super::{check_writable, statistics};
+use crate::config::RenderConfig;
 use crate::error::{Error, Result};
 use crate::film::{self, Film, Precision};
-use crate::config::RenderConfig;
 use crate::method::{Method, Rendered, decompose, direct, path, photon_map};
 use crate::shading::World;
 
