@@ -3,4 +3,5 @@
 pub mod backends;
 #[cfg(feature = "embree")]
 mod native_loop;
+pub mod info;
 pub mod streams;
