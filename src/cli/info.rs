@@ -1,22 +1,37 @@
-//! `nearfar info`.
+//! `nearfar info`: what a scene holds.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 
+use super::options::SceneOptions;
 use crate::error::{Error, Result};
+use crate::report::info::scene_info;
+use crate::run::Run;
+use crate::shading::World;
 
 /// Options of `nearfar info`.
 #[derive(Debug, Args)]
 pub(super) struct InfoArgs {
-    /// Scene TOML or OBJ.
-    scene: PathBuf,
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
 }
 
 /// # Errors
-/// Always, for now.
+/// Whatever is wrong with the scene.
 pub(super) fn info(args: &InfoArgs, _cancel: &Arc<AtomicBool>) -> Result<()> {
-    Err(Error::Usage(format!("info {}: not built yet", args.scene.display())))
+    let run = Run::new(args.scene.threads)?;
+    let loaded = args.scene.load()?;
+    let world = World::new(&loaded.scene, args.scene.backend, &run)?;
+    let info = run.install(|| scene_info(&loaded, &world));
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&info).map_err(|e| Error::Render(format!("the report cannot be written: {e}")))?);
+    } else {
+        print!("{info}");
+    }
+    Ok(())
 }

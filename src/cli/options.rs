@@ -82,7 +82,8 @@ impl SceneOptions {
         Ok(Job { scene, config, run, start })
     }
 
-    fn load(&self) -> Result<Loaded> {
+    /// The scene with overrides and size applied.
+    pub(super) fn load(&self) -> Result<Loaded> {
         let mut overrides = Vec::new();
         for text in &self.assignments {
             overrides.push(config::parse_assignment(text)?);

@@ -14,7 +14,7 @@ use super::normals::smooth;
 use super::obj::{Obj, read_obj};
 use super::path::resolve;
 use super::scene_file::{CameraEntry, LightEntry, MaterialEntry, MeshEntry, Normals, SceneFile, Triple, line_at};
-use super::validate::{bounds, check_camera, framing};
+use super::validate::{MAX_DIAGONAL, bounds, check_camera, check_lens, framing};
 use crate::error::{Error, Result};
 use crate::radiometry::Rgb;
 use crate::scene::{Camera, Light, Material, Mesh, TextureId, builtin};
@@ -262,11 +262,12 @@ impl<'a> Assembly<'a> {
             height: e.height.unwrap_or(base.height),
             ..base
         };
+        check_lens(&camera, self.file, line)?;
         match (e.eye, e.target) {
             (Some(eye), Some(target)) => (camera.eye, camera.target) = (eye, target),
             (None, None) => {
                 let around = bounds(&self.loaded.scene);
-                if !around.is_empty() {
+                if !around.is_empty() && around.diagonal() <= MAX_DIAGONAL {
                     camera = framing(&around, &camera);
                     self.loaded.notes.push(format!(
                         "no camera given: a framing one was set, eye = {}, target = {}",

@@ -11,7 +11,28 @@ use crate::scene::{Camera, Light, Scene};
 /// Most pixels of an image: 2²⁸, some 40 GiB with all layers.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
-/// Checks that the view exists and fits memory.
+/// Longest diagonal that leaves room for squares and cubes in single precision.
+pub const MAX_DIAGONAL: f32 = 1e15;
+
+/// Checks the field of view, and that the image fits memory.
+///
+/// # Errors
+/// [`Error::Input`] at `line` of `file`, with the fix.
+pub fn check_lens(c: &Camera, file: &Path, line: Option<usize>) -> Result<()> {
+    let fail = |message: String| Err(Error::input(file, line, message));
+    if !(c.vfov_deg > 0.0 && c.vfov_deg < 180.0) {
+        return fail(format!("camera vfov_deg is {} but must lie between 0 and 180", c.vfov_deg));
+    }
+    if c.width == 0 || c.height == 0 {
+        return fail("camera width and height must be at least 1".into());
+    }
+    if u64::from(c.width) * u64::from(c.height) > MAX_PIXELS {
+        return fail(format!("an image of {}x{} pixels does not fit memory; at most {MAX_PIXELS} pixels are allowed", c.width, c.height));
+    }
+    Ok(())
+}
+
+/// Checks that the view exists.
 ///
 /// # Errors
 /// [`Error::Input`] at `line` of `file`, with the fix.
@@ -25,15 +46,6 @@ pub fn check_camera(c: &Camera, file: &Path, line: Option<usize>) -> Result<()> 
     }
     if (c.target - c.eye).normalize().cross(c.up.normalize_or_zero()).length() < 1e-6 {
         return fail("camera up is zero or points along the view; choose another, e.g. [0, 1, 0] or [0, 0, 1]".into());
-    }
-    if !(c.vfov_deg > 0.0 && c.vfov_deg < 180.0) {
-        return fail(format!("camera vfov_deg is {} but must lie between 0 and 180", c.vfov_deg));
-    }
-    if c.width == 0 || c.height == 0 {
-        return fail("camera width and height must be at least 1".into());
-    }
-    if u64::from(c.width) * u64::from(c.height) > MAX_PIXELS {
-        return fail(format!("an image of {}x{} pixels does not fit memory; at most {MAX_PIXELS} pixels are allowed", c.width, c.height));
     }
     Ok(())
 }
@@ -69,7 +81,7 @@ pub fn check_scene(scene: &Scene, file: &Path) -> Result<()> {
         return Err(Error::input(file, None, "the scene is empty; add a [[mesh]] with triangles"));
     }
     let largest = bounds(scene);
-    if !(largest.diagonal() < 1e15) {
+    if largest.diagonal().is_nan() || largest.diagonal() > MAX_DIAGONAL {
         return Err(Error::input(file, None, "coordinates are too large to trace; scale the scene down below 1e15 units"));
     }
     if !emits(scene) {

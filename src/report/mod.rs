@@ -7,6 +7,7 @@ mod flip;
 mod metrics;
 #[cfg(feature = "embree")]
 mod native_loop;
+pub mod info;
 pub mod streams;
 
 pub use compare::{Comparison, Reference, compare, difference, exposure_of, read_reference};

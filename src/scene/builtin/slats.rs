@@ -2,7 +2,7 @@
 //!
 //! The unit of length is the height of the outermost box. Every slat is a closed solid of `thickness`; slats of neighbouring boxes are staggered, so that most of
 //! what lies near a point is hidden from it by something nearer.
-//! Knobs  `boxes` 3, `slats` 10 per side and box, `detail` 1 (cuts of a slat's length).
+//! Knobs  `boxes` 3, `slats` 10 per side and box, `thickness` 0.25 of a slat's pitch.
 
 use glam::Vec3;
 use serde::Deserialize;
