@@ -14,14 +14,14 @@ use crate::shading::World;
 /// # Errors
 /// A reference that cannot be read or has another size; whatever stops a render.
 pub(super) fn run(job: &Job, world: &World, reference: &Path, stride: u32, gather_rays: u32, json: bool) -> Result<()> {
-    let Reference { beauty, halves, .. } = read_reference(reference)?;
+    let Reference { mean, halves, .. } = read_reference(reference)?;
     let pixels = (world.camera.width * world.camera.height) as usize;
-    if beauty.len() != pixels {
+    if mean.len() != pixels {
         return Err(Error::Usage(format!("{} is not of the size {}x{}; use --size", reference.display(), world.camera.width, world.camera.height)));
     }
     let config = &job.config;
     let inputs = Inputs { decompose: &config.decompose, photon: &config.photon, record: &config.record, direct: &config.direct, seed: config.seed };
-    let rows = budget(world, inputs, &Truth { mean: beauty, halves }, stride, gather_rays, &job.run)?;
+    let rows = budget(world, inputs, &Truth { mean, halves }, stride, gather_rays, &job.run)?;
     if json {
         let text = serde_json::to_string_pretty(&rows).map_err(|e| Error::Render(format!("cannot write JSON: {e}")))?;
         println!("{text}");

@@ -9,6 +9,8 @@
 //! A cell counts with the side that faces the point; the back of a one-sided cell does not exist. Cells whose plane passes closer to the
 //! point than a thousandth of `near_cell` are its own plane or touch it: they cover no solid angle that matters and are left out.
 //!
+//! A masked cell counts by the fraction of it that exists.
+//!
 //! Input   [`Cells`], their radiosity. Output  [`NearSum`] at (x, N). Source  `[Course07]` "nearby geometry", `[Lambert60]`, `[Arvo95]`.
 //! Guarantees  the sum runs in tree order, whatever the thread. Cost  72 B a cell; tens of ns a near cell.
 
@@ -34,8 +36,8 @@ struct Block {
     back: [F; 3],
     /// Lane mask: the back does not exist.
     one_sided: F,
-    /// Lane mask: a cell (the last block may be short).
-    used: F,
+    /// Fraction of the cell that exists (masks); 0 in lanes without a cell (the last block may be short).
+    coverage: F,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -185,7 +187,8 @@ impl NearTree {
         let det = dot(normal, v[0]);
         let back = det.simd_gt(F::ZERO);
         let apart = det.abs().simd_gt(tolerance * dot(normal, normal).sqrt());
-        let mut active = block.used & m.simd_gt(F::ZERO) & reaches & apart & !(back & block.one_sided);
+        let m = m * block.coverage;
+        let mut active = m.simd_gt(F::ZERO) & reaches & apart & !(back & block.one_sided);
         if !active.any() {
             return;
         }
@@ -281,7 +284,7 @@ fn block(proxy: Proxy<'_>, ids: &[u32]) -> Block {
         front: side(crate::tessellate::Side::Front),
         back: side(crate::tessellate::Side::Back),
         one_sided: mask(&|lane| proxy.cells.one_sided[id(lane) as usize]),
-        used: mask(&|lane| lane < ids.len()),
+        coverage: F::from(std::array::from_fn::<f32, 8, _>(|lane| if lane < ids.len() { proxy.radiosity.coverage(id(lane)) } else { 0.0 })),
     }
 }
 

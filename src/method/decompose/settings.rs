@@ -114,7 +114,7 @@ pub enum Overlap {
 pub struct DecomposeSettings {
     /// Near/far distance.
     pub alpha: Length,
-    /// Longest edge of a cell; default 0.35 alpha.
+    /// Longest edge of a cell; default 0.7 alpha.
     pub near_cell: Option<Length>,
     /// Largest distance of a member from its cluster's centre; default alpha.
     pub cluster_radius: Option<Length>,
@@ -210,7 +210,7 @@ impl DecomposeSettings {
         let base = if alpha > 0.0 && alpha.is_finite() { alpha } else { diagonal / 50.0 };
         let or = |l: Option<Length>, default: f32| l.map_or(default, |l| l.resolve(diagonal));
         let cluster_radius = or(self.cluster_radius, base);
-        Lengths { alpha, near_cell: or(self.near_cell, 0.35 * base), cluster_radius, blend_radius: or(self.blend_radius, 1.5 * cluster_radius) }
+        Lengths { alpha, near_cell: or(self.near_cell, 0.7 * base), cluster_radius, blend_radius: or(self.blend_radius, 1.5 * cluster_radius) }
     }
 }
 
@@ -226,7 +226,7 @@ mod tests {
             assert!(bad.parse::<Length>().is_err(), "{bad}");
         }
         let l = DecomposeSettings { cluster_radius: Some(Length::Units(3.0)), ..DecomposeSettings::default() }.lengths(100.0);
-        assert_eq!((l.alpha, l.near_cell, l.cluster_radius, l.blend_radius), (2.0, 0.7, 3.0, 4.5));
+        assert_eq!((l.alpha, l.near_cell, l.cluster_radius, l.blend_radius), (2.0, 1.4, 3.0, 4.5));
         let settings: DecomposeSettings = toml::from_str("alpha = \"4%\"\nnear_cell = 0.25").unwrap();
         assert_eq!(settings.near_cell, Some(Length::Units(0.25)));
         assert!(toml::from_str::<DecomposeSettings>("alfa = 1").is_err());
