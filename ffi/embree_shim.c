@@ -24,7 +24,16 @@ int nf_take_error(void *device, const char **text) {
   return (int)code;
 }
 
-/* Embree's interval is (tnear, tfar]; ours is open at both ends: the largest float below t_max. */
+/* Embree's interval is closed; ours is open at both ends: the smallest float above t_min, and the largest below t_max. */
+static inline float first_above(float t_min) {
+  if (!(t_min >= 0.0f)) t_min = 0.0f;
+  uint32_t bits;
+  memcpy(&bits, &t_min, 4);
+  bits = (bits & 0x7fffffffu) + 1;
+  memcpy(&t_min, &bits, 4);
+  return t_min;
+}
+
 static inline float last_below(float t_max) {
   if (t_max == INFINITY) return t_max;
   if (!(t_max > 0.0f)) return -1.0f; /* an empty interval: Embree leaves such rays alone */
@@ -39,7 +48,7 @@ static inline void fill_ray(struct RTCRay *r, const NfRay *ray) {
   r->org_x = ray->origin[0];
   r->org_y = ray->origin[1];
   r->org_z = ray->origin[2];
-  r->tnear = ray->t_min;
+  r->tnear = first_above(ray->t_min);
   r->dir_x = ray->dir[0];
   r->dir_y = ray->dir[1];
   r->dir_z = ray->dir[2];
@@ -83,7 +92,7 @@ static void occluded_1(RTCScene scene, const NfRay *rays, uint8_t *occluded, siz
       r->org_x[j] = ray->origin[0];                                                                                                        \
       r->org_y[j] = ray->origin[1];                                                                                                        \
       r->org_z[j] = ray->origin[2];                                                                                                        \
-      r->tnear[j] = ray->t_min;                                                                                                            \
+      r->tnear[j] = first_above(ray->t_min);                                                                                               \
       r->dir_x[j] = ray->dir[0];                                                                                                           \
       r->dir_y[j] = ray->dir[1];                                                                                                           \
       r->dir_z[j] = ray->dir[2];                                                                                                           \

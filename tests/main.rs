@@ -1,7 +1,9 @@
 //! All integration tests in one binary; one module a rung of the ladder.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise")]
 
+mod architecture;
 mod cli;
+mod conformance;
 mod decompose;
 mod path;
 mod photon;

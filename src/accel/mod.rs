@@ -15,6 +15,7 @@ pub mod brute;
 pub mod bvh;
 #[cfg(feature = "embree")]
 pub mod embree;
+mod watertight;
 
 use std::sync::Arc;
 

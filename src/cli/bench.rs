@@ -1,22 +1,57 @@
 //! `nearfar bench`.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 
+use super::options::SceneOptions;
 use crate::error::{Error, Result};
+use crate::report::backends::{BackendBenchSettings, bench_backends};
+use crate::shading::World;
 
 /// Options of `nearfar bench`.
 #[derive(Debug, Args)]
 pub(super) struct BenchArgs {
-    /// Scene TOML or OBJ.
-    scene: PathBuf,
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// The same rays through every ray backend and packet width, and through a C++ loop on Embree's own API (the default).
+    #[arg(long, conflicts_with = "methods")]
+    backends: bool,
+    /// Every rendering method at equal time.
+    #[arg(long)]
+    methods: bool,
+    /// Rays of each kind.
+    #[arg(long, default_value_t = BackendBenchSettings::default().rays, value_name = "N")]
+    rays: usize,
+    /// Alternating runs of which the median counts.
+    #[arg(long, default_value_t = BackendBenchSettings::default().rounds, value_name = "N")]
+    rounds: usize,
+    /// Print JSON in place of the table.
+    #[arg(long)]
+    json: bool,
 }
 
+/// Measures and prints a table, or JSON.
+///
 /// # Errors
-/// Always, for now.
-pub(super) fn bench(args: &BenchArgs, _cancel: &Arc<AtomicBool>) -> Result<()> {
-    Err(Error::Usage(format!("bench {}: not built yet", args.scene.display())))
+/// Whatever is wrong with the scene; [`Error::Accel`] when a backend cannot be built.
+pub(super) fn bench(args: &BenchArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
+    if args.methods {
+        return Err(Error::Usage("bench --methods: not built yet; use --backends".into()));
+    }
+    if args.rays == 0 || args.rounds == 0 {
+        return Err(Error::Usage("bench needs at least one ray and one round: give --rays and --rounds above 0".into()));
+    }
+    let job = args.scene.prepare(&[], None, cancel)?;
+    let world = World::new(&job.scene, args.scene.backend, &job.run)?;
+    let settings = BackendBenchSettings { rays: args.rays, rounds: args.rounds, seed: args.scene.seed.unwrap_or(0) };
+    let report = bench_backends(&world, &settings, &job.run)?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&report).map_err(|e| Error::Render(format!("cannot write JSON: {e}")))?;
+        println!("{text}");
+    } else {
+        print!("{report}");
+    }
+    Ok(())
 }

@@ -9,11 +9,11 @@ use toml::Value;
 
 use super::options::{Job, OutputOptions, SceneOptions};
 use super::{check_writable, statistics};
+use crate::config::RenderConfig;
 use crate::error::{Error, Result};
 use crate::film::{self, Film, Precision};
-use crate::config::RenderConfig;
-use crate::run::Run;
 use crate::method::{Method, Rendered, decompose, direct, path, photon_map};
+use crate::run::Run;
 use crate::shading::World;
 
 /// Options of `nearfar render`.

@@ -202,8 +202,7 @@ impl<'a> Assembly<'a> {
 
     fn material(&mut self, name: &str, entry: &Spanned<MaterialEntry>) -> Result<()> {
         let (span, e) = (entry.span(), entry.get_ref());
-        let ids: BTreeSet<u32> =
-            self.loaded.scene.materials.iter().enumerate().filter(|(_, m)| m.name == name).map(|(i, _)| i as u32).collect();
+        let ids: BTreeSet<u32> = self.loaded.scene.materials.iter().enumerate().filter(|(_, m)| m.name == name).map(|(i, _)| i as u32).collect();
         if ids.is_empty() {
             let names: BTreeSet<&str> = self.loaded.scene.materials.iter().map(|m| m.name.as_str()).collect();
             let listed = names.into_iter().take(12).collect::<Vec<_>>().join(", ");

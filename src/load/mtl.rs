@@ -109,11 +109,9 @@ fn fault(line: &str) -> Option<String> {
     match key {
         "Kd" | "Ke" | "Ka" | "Ks" => numbers(3),
         "d" | "Tr" | "Ns" | "Ni" => numbers(1),
-        "illum" => words
-            .next()
-            .and_then(|w| w.parse::<u8>().ok())
-            .is_none()
-            .then(|| format!("illum needs a whole number from 0 to 10, found \"{}\"", line.trim())),
+        "illum" => {
+            words.next().and_then(|w| w.parse::<u8>().ok()).is_none().then(|| format!("illum needs a whole number from 0 to 10, found \"{}\"", line.trim()))
+        }
         "newmtl" => words.next().is_none().then(|| "newmtl needs a name; write newmtl NAME".into()),
         "map_Ka" | "map_Kd" | "map_Ks" | "map_Bump" | "map_bump" | "map_Ns" | "map_ns" | "map_NS" | "bump" | "map_d" => {
             words.next().is_none().then(|| format!("{key} names no file; write {key} FILE or remove the line"))

@@ -72,8 +72,7 @@ mod tests {
     /// A strip of two quads with a fold of `fold_deg` along the y axis.
     fn folded(fold_deg: f32) -> Mesh {
         let (s, c) = fold_deg.to_radians().sin_cos();
-        let positions =
-            vec![Vec3::new(-1.0, 0.0, 0.0), Vec3::new(-1.0, 1.0, 0.0), Vec3::ZERO, Vec3::Y, Vec3::new(c, 0.0, -s), Vec3::new(c, 1.0, -s)];
+        let positions = vec![Vec3::new(-1.0, 0.0, 0.0), Vec3::new(-1.0, 1.0, 0.0), Vec3::ZERO, Vec3::Y, Vec3::new(c, 0.0, -s), Vec3::new(c, 1.0, -s)];
         let triangles = vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]];
         Mesh { positions, triangles, materials: vec![0; 4], ..Mesh::default() }
     }

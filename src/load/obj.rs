@@ -41,11 +41,12 @@ fn note(line: &str) -> Option<Note> {
         b'f' | b'l' => {
             // Indices that do not fit 32 bits would overflow in the parser.
             let mut run = 0;
-            line.bytes().any(|b| {
-                run = if b.is_ascii_digit() { run + 1 } else { 0 };
-                run > 10
-            })
-            .then_some(Note::Suspicious)
+            line.bytes()
+                .any(|b| {
+                    run = if b.is_ascii_digit() { run + 1 } else { 0 };
+                    run > 10
+                })
+                .then_some(Note::Suspicious)
         }
         _ => None,
     }

@@ -108,17 +108,37 @@ pub struct MeshEntry {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
 pub enum LightEntry {
-    Quad { corner: Vec3, edge1: Vec3, edge2: Vec3, radiance: Triple },
-    Sphere { center: Vec3, radius: f32, radiance: Triple },
+    Quad {
+        corner: Vec3,
+        edge1: Vec3,
+        edge2: Vec3,
+        radiance: Triple,
+    },
+    Sphere {
+        center: Vec3,
+        radius: f32,
+        radiance: Triple,
+    },
     Sun {
         direction_to_sun: Vec3,
         irradiance: Triple,
         #[serde(default)]
         angular_radius_deg: f32,
     },
-    Sky { radiance: Triple },
-    Point { position: Vec3, intensity: Triple },
-    Spot { position: Vec3, direction: Vec3, intensity: Triple, inner_deg: f32, outer_deg: f32 },
+    Sky {
+        radiance: Triple,
+    },
+    Point {
+        position: Vec3,
+        intensity: Triple,
+    },
+    Spot {
+        position: Vec3,
+        direction: Vec3,
+        intensity: Triple,
+        inner_deg: f32,
+        outer_deg: f32,
+    },
 }
 
 /// `[material.NAME]`.

@@ -73,11 +73,7 @@ pub fn check_scene(scene: &Scene, file: &Path) -> Result<()> {
         return Err(Error::input(file, None, "coordinates are too large to trace; scale the scene down below 1e15 units"));
     }
     if !emits(scene) {
-        return Err(Error::input(
-            file,
-            None,
-            "nothing emits light; add a [[light]] (e.g. type = \"sky\", radiance = [1, 1, 1]) or a material with emission",
-        ));
+        return Err(Error::input(file, None, "nothing emits light; add a [[light]] (e.g. type = \"sky\", radiance = [1, 1, 1]) or a material with emission"));
     }
     Ok(())
 }

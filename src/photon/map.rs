@@ -44,8 +44,11 @@ impl PhotonMap {
             if index.agreeing(photon.cell(), n) == Some(photon.side()) { squashed(offset, n) } else { f32::INFINITY }
         });
         let (radius, used) = if scratch.len() == k { (scratch[k - 1].0.sqrt(), k - 1) } else { (cap, scratch.len()) };
+        if used == 0 {
+            return Rgb::ZERO;
+        }
         let area = if settings.boundary_correction { index.area_within(p, n, radius) } else { std::f32::consts::PI * radius * radius };
-        if used == 0 || area <= 0.0 {
+        if area <= 0.0 {
             return Rgb::ZERO;
         }
         scratch[..used].iter().map(|&(_, i)| self.photons[i as usize].flux).sum::<Rgb>() / area

@@ -15,6 +15,7 @@
 //! | `kdtree` | points in a balanced tree: k nearest, all within a radius |
 //! | `overlap` | area of a triangle inside a sphere: the boundary correction |
 //! | `surface_index` | cells around a point that face the same way, their counts, flux and area |
+//! | `patches` | cell sides summed into patches of doubling size |
 //! | `map` | [`PhotonMap`]: density estimation |
 //! | `radiosity` | [`solve`]: both estimates, direct light, albedo |
 //!
@@ -24,6 +25,7 @@
 mod kdtree;
 mod map;
 mod overlap;
+mod patches;
 mod radiosity;
 mod settings;
 mod surface_index;

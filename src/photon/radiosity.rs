@@ -1,9 +1,9 @@
 //! Radiosity of every cell and side.
 //!
 //! * direct: `direct_samples` stratified points of the cell, one shadow ray each, albedo looked up at each point.
-//! * indirect, `estimate = "cells"`: photons on the side over its existing area; with fewer than `neighbours` photons the region grows
-//!   by doubling around the centroid (agreeing cell sides only, weight 1 − d²/r² on flux and area alike) until it has enough or reaches
-//!   `max_radius`. Flux is only ever divided by the area of the same cells, so no energy is lost where surface ends or is finely broken.
+//! * indirect, `estimate = "cells"`: photons on the side over its existing area; with fewer than `neighbours` photons the region is
+//!   the smallest of doubling radii around the patch of the cell (patches of agreeing cell sides, weight 1 − d²/r² on flux and area alike) that has
+//!   enough, at most `max_radius`. Flux is only ever divided by the area of the same cells, so no energy is lost where surface ends or is finely broken.
 //! * indirect, `estimate = "density"`: [`PhotonMap::irradiance`] at the centroid.
 //!
 //! Back sides of `one_sided` cells and black cells are skipped: zero. Values are per existing area: a masked cell's mean over its
@@ -13,6 +13,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::patches::Patches;
 use super::surface_index::SurfaceIndex;
 use super::{Estimate, PhotonMap, PhotonSettings, trace};
 use crate::error::Result;
@@ -23,6 +24,8 @@ use crate::shading::{World, direct_irradiance};
 use crate::tessellate::{CellId, Cells, Masks, Side};
 
 const BLOCK: usize = 256;
+/// First radius as a fraction of that which would hold the wanted photons if they were spread evenly.
+const FIRST_RADIUS: f32 = 0.35;
 
 /// Light leaving every cell, emission left out.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -136,10 +139,12 @@ struct Solver<'a> {
     index: SurfaceIndex<'a>,
     /// Only for the density estimate.
     map: Option<PhotonMap>,
+    /// Irradiance of the finest patches and whether it rests on enough photons.
+    estimates: Vec<(Rgb, bool)>,
+    /// Patch by 2 · cell + side.
+    estimate_of: Vec<u32>,
     /// Largest radius, scene units.
     cap: f32,
-    /// Radius that would hold half of the wanted photons if they were spread evenly.
-    first_radius: f32,
 }
 
 impl Solver<'_> {
@@ -153,15 +158,8 @@ impl Solver<'_> {
         if own.photons >= k && own.area > 0.0 {
             return (own.flux / own.area, false);
         }
-        let mut radius = self.first_radius.min(self.cap);
-        loop {
-            let region = self.index.region(p, n, radius);
-            let enough = region.photons >= k;
-            if enough || radius >= self.cap {
-                return (if region.area > 0.0 { region.flux / region.area } else { Rgb::ZERO }, !enough);
-            }
-            radius = (radius * std::f32::consts::SQRT_2).min(self.cap);
-        }
+        let (e, enough) = self.estimates[self.estimate_of[2 * cell as usize + side as usize] as usize];
+        (e, !enough)
     }
 
     fn cell(&self, cell: CellId, scratch: &mut Vec<(f32, u32)>) -> Solved {
@@ -228,14 +226,23 @@ pub fn solve(world: &World, cells: &Cells, settings: &PhotonSettings, seed: u64,
         if masks.is_some() { run.install(|| (0..cells.len() as u32).into_par_iter().map(|c| points.coverage(c)).collect()) } else { Vec::new() };
     let area: Vec<f32> = (0..cells.len() as u32).map(|c| cells.area(c) * coverage.get(c as usize).unwrap_or(&1.0)).collect();
     let whole: f64 = area.iter().map(|&a| f64::from(a)).sum();
-    let first_radius = (0.5 * whole * f64::from(settings.neighbours) / (std::f64::consts::PI * traced.photons.len().max(1) as f64)).sqrt() as f32;
-    let solver = run.install(|| Solver {
-        index: SurfaceIndex::new(&world.geometry, cells, area, &traced.photons, settings.normal_agreement),
-        map: (settings.estimate == Estimate::Density).then(|| PhotonMap::new(traced.photons)),
-        points,
-        settings,
-        cap: settings.max_radius * world.diagonal,
-        first_radius,
+    let cap = settings.max_radius * world.diagonal;
+    let even = (whole * f64::from(settings.neighbours) / (std::f64::consts::PI * traced.photons.len().max(1) as f64)).sqrt() as f32;
+    let first_radius = (even * FIRST_RADIUS).clamp(cap / 32.0, cap);
+    let solver = run.install(|| {
+        let index = SurfaceIndex::new(&world.geometry, cells, area, &traced.photons, settings.normal_agreement);
+        let density = settings.estimate == Estimate::Density;
+        let (mut estimates, mut estimate_of) = (Vec::new(), Vec::new());
+        if !density {
+            let (sides, side_index) = index.sides();
+            let patches = Patches::new(&sides, first_radius, cap);
+            estimates = patches.finest().par_iter().map(|p| patches.irradiance(p, settings.neighbours, settings.normal_agreement)).collect();
+            estimate_of = vec![0; 2 * cells.len()];
+            for (&side, &patch) in side_index.iter().zip(&patches.patch_of_side) {
+                estimate_of[side] = patch;
+            }
+        }
+        Solver { index, map: density.then(|| PhotonMap::new(traced.photons)), estimates, estimate_of, points, settings, cap }
     });
     let solved: Vec<Vec<Solved>> = run.install(|| {
         (0..cells.len().div_ceil(BLOCK))

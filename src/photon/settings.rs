@@ -19,9 +19,9 @@ pub enum Estimate {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PhotonSettings {
-    /// Paths emitted, 1 to 2³¹. Default 500 000. A path leaves about albedo/(1 − albedo) photons of 40 B.
+    /// Paths emitted, 1 to 2³¹. Default 1 000 000. A path leaves about albedo/(1 − albedo) photons of 40 B.
     pub count: u32,
-    /// Photons that an estimate should rest on, 2 to 10 000; relative noise about 1/√neighbours. Default 64.
+    /// Photons that an estimate should rest on, 2 to 10 000; relative noise about 1/√neighbours. Default 32.
     pub neighbours: u32,
     /// How photons become irradiance. Default `cells`.
     pub estimate: Estimate,
@@ -32,20 +32,20 @@ pub struct PhotonSettings {
     pub normal_agreement: f32,
     /// `density` only: divide by the surface area inside the sphere instead of by that of a disc. Default true.
     pub boundary_correction: bool,
-    /// Shadow rays per cell side, 1 to 4096. Default 8.
+    /// Shadow rays per cell side, 1 to 4096. Default 4.
     pub direct_samples: u32,
 }
 
 impl Default for PhotonSettings {
     fn default() -> Self {
         Self {
-            count: 500_000,
-            neighbours: 64,
+            count: 1_000_000,
+            neighbours: 32,
             estimate: Estimate::Cells,
             max_radius: 0.05,
             normal_agreement: 0.7,
             boundary_correction: true,
-            direct_samples: 8,
+            direct_samples: 4,
         }
     }
 }

@@ -11,6 +11,7 @@ use glam::Vec3;
 use super::Photon;
 use super::kdtree::KdTree;
 use super::overlap::triangle_in_sphere;
+use super::patches::Patch;
 use crate::radiometry::Rgb;
 use crate::tessellate::{CellId, Cells, Geometry, Side};
 
@@ -86,23 +87,20 @@ impl<'a> SurfaceIndex<'a> {
         }
     }
 
-    /// Sums over agreeing cell sides with centroid in the squashed ball, weighted 1 − d²/r² (flux and area alike).
-    pub(super) fn region(&self, center: Vec3, n: Vec3, radius: f32) -> Region {
-        let mut sum = Region::default();
-        let inverse = 1.0 / (radius * radius);
-        self.tree.within(center, radius, |cell, offset| {
-            let weight = 1.0 - squashed(offset, n) * inverse;
-            if weight <= 0.0 {
-                return;
+    /// Every side that can be seen and has area, as a patch; with the index 2 · cell + side of each.
+    pub(super) fn sides(&self) -> (Vec<Patch>, Vec<usize>) {
+        let (mut out, mut index) = (Vec::with_capacity(self.count.len()), Vec::with_capacity(self.count.len()));
+        for cell in 0..self.cells.len() as CellId {
+            let back = !self.cells.one_sided[cell as usize];
+            for side in [Side::Front, Side::Back].into_iter().take(1 + usize::from(back)) {
+                let sums = self.own(cell, side);
+                if sums.area > 0.0 {
+                    out.push(Patch { center: self.cells.centroids[cell as usize], normal: self.normal(cell, side), sums });
+                    index.push(2 * cell as usize + side as usize);
+                }
             }
-            if let Some(side) = self.agreeing(cell, n) {
-                let own = self.own(cell, side);
-                sum.flux += own.flux * weight;
-                sum.area += own.area * weight;
-                sum.photons += own.photons;
-            }
-        });
-        sum
+        }
+        (out, index)
     }
 
     /// Area of agreeing surface inside the squashed ball, exact for surface without masks.

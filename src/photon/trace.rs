@@ -121,7 +121,7 @@ fn follow(world: &World, cells: &Cells, path: u32, count: u32, seed: u64, out: &
         let weight = if s.ns == s.ng { 1.0 } else { (-incident.dot(s.ns)).max(0.0) / (-incident.dot(s.ng)).max(1e-4) };
         flux *= weight.min(MAX_ADJOINT_WEIGHT);
         let before = flux.max_element();
-        if !(before > 0.0 && before.is_finite()) {
+        if before <= 0.0 || !before.is_finite() {
             return;
         }
         if stores {

@@ -123,7 +123,19 @@ struct Row {
     position: Vec<Vec3>,
     depth: Vec<f32>,
     points: ShadingPoints,
+    camera_rays: u64,
     shadow_rays: u64,
+}
+
+impl Row {
+    fn skip(&mut self) {
+        self.emission.push(Rgb::ZERO);
+        self.direct.push(Rgb::ZERO);
+        self.albedo.push(Rgb::ZERO);
+        self.normal.push(Vec3::ZERO);
+        self.position.push(Vec3::ZERO);
+        self.depth.push(f32::INFINITY);
+    }
 }
 
 /// Shoots the camera samples (phase `record`).
@@ -131,6 +143,21 @@ struct Row {
 /// # Errors
 /// [`Error::Interrupted`].
 pub fn camera_samples(world: &World, settings: &RecordSettings, direct: &DirectSettings, seed: u64, run: &Run) -> Result<CameraSamples> {
+    camera_samples_where(world, settings, direct, seed, run, &|_, _| true)
+}
+
+/// As [`camera_samples`], but only in the pixels (x, y) that are `wanted`; the others stay black and without points.
+///
+/// # Errors
+/// [`Error::Interrupted`].
+pub fn camera_samples_where(
+    world: &World,
+    settings: &RecordSettings,
+    direct: &DirectSettings,
+    seed: u64,
+    run: &Run,
+    wanted: &(dyn Fn(u32, u32) -> bool + Sync),
+) -> Result<CameraSamples> {
     let (width, height) = (world.camera.width, world.camera.height);
     let phase = run.phase("record", u64::from(height));
     let rows: Vec<Row> = run.install(|| {
@@ -140,10 +167,15 @@ pub fn camera_samples(world: &World, settings: &RecordSettings, direct: &DirectS
                 let mut row = Row::default();
                 if !run.cancelled() {
                     for x in 0..width {
-                        pixel(world, settings, direct, seed, x, y, &mut row);
+                        if wanted(x, y) {
+                            pixel(world, settings, direct, seed, x, y, &mut row);
+                            row.camera_rays += u64::from(settings.spp);
+                        } else {
+                            row.skip();
+                        }
                     }
                 }
-                run.rays.add(RayKind::Primary, u64::from(width * settings.spp));
+                run.rays.add(RayKind::Primary, row.camera_rays);
                 run.rays.add(RayKind::Shadow, row.shadow_rays);
                 phase.advance(1);
                 row

@@ -1,8 +1,13 @@
-//! How far an image is from a reference.
+//! What is said about renders: distance from a reference, error budgets, benchmark tables. Computes and formats; never prints.
 
+pub mod backends;
+pub mod budget;
 mod compare;
 mod flip;
 mod metrics;
+#[cfg(feature = "embree")]
+mod native_loop;
+pub mod streams;
 
 pub use compare::{Comparison, Reference, compare, difference, exposure_of, read_reference};
 pub use flip::flip;

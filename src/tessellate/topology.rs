@@ -1,15 +1,203 @@
-//! Connected parts, closedness, winding (skeleton).
+//! Connected parts, closedness, winding: what the edges say.
+//!
+//! Corners count as one where their positions are exactly equal, whatever their normals or texture coordinates. A part is what hangs together
+//! by edges. It is closed and consistently wound when every edge is run through equally often in both directions; its signed volume
+//! `V = Σ a · (b × c) / 6` then tells whether fronts look outwards (V > 0). A part with V < 0 is a room when it holds another part within
+//! its box; otherwise somebody wound it inside out.
+//!
+//! Input   [`Geometry`]. Output  [`Topology`].
+//! Guarantees  the same for any thread count. Not  T-junctions: a part whose edges do not match vertex for vertex is open.
+//! Cost    two sorts, of corners and of edges; about 100 B a triangle while it runs.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::Geometry;
+use crate::math::Aabb;
 
 /// What the edges say.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Topology {
-    /// Per triangle: part of a closed, consistently wound component.
+    /// Per triangle: the back is never seen, because the part is closed, consistently wound, and either turned outwards or a room.
     pub closed_of_triangle: Vec<bool>,
+    /// Connected parts.
+    pub components: usize,
+    /// Parts closed and consistently wound.
+    pub closed_components: usize,
+    /// Closed parts whose fronts look inwards and which hold something.
+    pub rooms: usize,
+    /// Closed parts whose fronts look inwards and which hold nothing: wound inside out.
+    pub inside_out: usize,
+    /// Edges of one triangle.
+    pub boundary_edges: usize,
+    /// Edges of more than two triangles.
+    pub nonmanifold_edges: usize,
+    /// Edges that two triangles run through in the same direction.
+    pub inconsistent_edges: usize,
+}
+
+/// A directed edge of a triangle, sorted by its undirected key.
+type HalfEdge = (u64, u32);
+
+fn position_ids(positions: &[Vec3]) -> Vec<u32> {
+    // Adding zero turns −0 into +0.
+    let key = |p: Vec3| (p + Vec3::ZERO).to_array().map(f32::to_bits);
+    let mut sorted: Vec<([u32; 3], u32)> = positions.par_iter().enumerate().map(|(i, &p)| (key(p), i as u32)).collect();
+    sorted.par_sort_unstable();
+    let mut ids = vec![0; positions.len()];
+    let mut current = 0;
+    for (rank, pair) in sorted.iter().enumerate() {
+        if rank > 0 && pair.0 != sorted[rank - 1].0 {
+            current += 1;
+        }
+        ids[pair.1 as usize] = current;
+    }
+    ids
+}
+
+fn find(parent: &mut [u32], mut i: u32) -> u32 {
+    while parent[i as usize] != i {
+        parent[i as usize] = parent[parent[i as usize] as usize];
+        i = parent[i as usize];
+    }
+    i
+}
+
+#[derive(Clone, Copy)]
+struct Part {
+    origin: DVec3,
+    volume: f64,
+    bounds: Aabb,
+    closed: bool,
 }
 
 /// Analyses edges by exact position.
 pub fn analyze(geometry: &Geometry) -> Topology {
-    Topology { closed_of_triangle: vec![false; geometry.len()] }
+    let ids = position_ids(&geometry.positions);
+    let mut edges: Vec<HalfEdge> = geometry
+        .triangles
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(t, triangle)| {
+            let v = triangle.map(|i| ids[i as usize]);
+            (0..3).map(move |k| {
+                let (a, b) = (v[k], v[(k + 1) % 3]);
+                (u64::from(a.min(b)) << 32 | u64::from(a.max(b)), (t as u32) << 1 | u32::from(a < b))
+            })
+        })
+        .collect();
+    drop(ids);
+    edges.par_sort_unstable();
+    let mut out = Topology::default();
+    let mut parent: Vec<u32> = (0..geometry.len() as u32).collect();
+    let mut unbalanced = Vec::new();
+    for edge in edges.chunk_by(|a, b| a.0 == b.0) {
+        let forward = edge.iter().filter(|e| e.1 & 1 == 1).count();
+        match edge.len() {
+            1 => out.boundary_edges += 1,
+            2 if forward != 1 => out.inconsistent_edges += 1,
+            2 => {}
+            _ => out.nonmanifold_edges += 1,
+        }
+        if 2 * forward != edge.len() {
+            unbalanced.push(edge[0].1 >> 1);
+        }
+        for pair in edge.windows(2) {
+            let (a, b) = (find(&mut parent, pair[0].1 >> 1), find(&mut parent, pair[1].1 >> 1));
+            parent[a.max(b) as usize] = a.min(b);
+        }
+    }
+    drop(edges);
+    let mut part_of = vec![0_u32; geometry.len()];
+    let mut parts: Vec<Part> = Vec::new();
+    for t in 0..geometry.len() as u32 {
+        let root = find(&mut parent, t);
+        let corners = geometry.corners(t);
+        if root == t {
+            part_of[t as usize] = parts.len() as u32;
+            parts.push(Part { origin: corners[0].as_dvec3(), volume: 0.0, bounds: Aabb::EMPTY, closed: true });
+        } else {
+            part_of[t as usize] = part_of[root as usize];
+        }
+        let part = &mut parts[part_of[t as usize] as usize];
+        let [a, b, c] = corners.map(|p| p.as_dvec3() - part.origin);
+        part.volume += a.dot(b.cross(c)) / 6.0;
+        part.bounds = Aabb { min: corners.iter().fold(part.bounds.min, |m, p| m.min(*p)), max: corners.iter().fold(part.bounds.max, |m, p| m.max(*p)) };
+    }
+    for t in unbalanced {
+        parts[part_of[t as usize] as usize].closed = false;
+    }
+    let holds_something =
+        |room: &Part| parts.iter().any(|p| p.bounds != room.bounds && p.bounds.min.cmpge(room.bounds.min).all() && p.bounds.max.cmple(room.bounds.max).all());
+    let one_sided: Vec<bool> = parts
+        .iter()
+        .map(|p| {
+            out.closed_components += usize::from(p.closed);
+            if !p.closed || p.volume > 0.0 {
+                return p.closed;
+            }
+            let room = holds_something(p);
+            *(if room { &mut out.rooms } else { &mut out.inside_out }) += 1;
+            room
+        })
+        .collect();
+    out.components = parts.len();
+    out.closed_of_triangle = part_of.iter().map(|&p| one_sided[p as usize]).collect();
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, Mesh, Scene};
+
+    fn cube(center: Vec3, half: f32, inwards: bool) -> Vec<[Vec3; 3]> {
+        let p =
+            |i: u32| center + half * Vec3::new(if i & 1 == 0 { -1.0 } else { 1.0 }, if i & 2 == 0 { -1.0 } else { 1.0 }, if i & 4 == 0 { -1.0 } else { 1.0 });
+        let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        quads
+            .iter()
+            .flat_map(|q| [[p(q[0]), p(q[1]), p(q[2])], [p(q[0]), p(q[2]), p(q[3])]])
+            .map(|[a, b, c]| if inwards { [a, c, b] } else { [a, b, c] })
+            .collect()
+    }
+
+    fn analyzed(soup: &[[Vec3; 3]]) -> Topology {
+        let positions: Vec<Vec3> = soup.iter().flatten().copied().collect();
+        let n = soup.len() as u32;
+        let mesh = Mesh { positions, triangles: (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(), materials: vec![0; n as usize], ..Mesh::default() };
+        analyze(&Geometry::new(&Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Scene::default() }))
+    }
+
+    #[test]
+    fn closed_open_and_inside_out() {
+        let t = analyzed(&cube(Vec3::ONE, 1.0, false));
+        assert!((t.components, t.closed_components, t.inside_out) == (1, 1, 0) && t.closed_of_triangle.iter().all(|c| *c));
+        let t = analyzed(&cube(Vec3::ONE, 1.0, false)[..11]);
+        assert!((t.boundary_edges, t.closed_components) == (3, 0) && !t.closed_of_triangle.iter().any(|c| *c));
+        let t = analyzed(&cube(Vec3::ONE, 1.0, true));
+        assert!((t.inside_out, t.rooms) == (1, 0) && !t.closed_of_triangle[0]);
+    }
+
+    #[test]
+    fn a_room_that_holds_something_counts() {
+        let mut soup = cube(Vec3::ZERO, 2.0, true);
+        soup.extend(cube(Vec3::new(0.5, 0.0, 0.0), 0.5, false));
+        let t = analyzed(&soup);
+        assert_eq!((t.components, t.rooms, t.inside_out), (2, 1, 0));
+        assert!(t.closed_of_triangle.iter().all(|c| *c));
+    }
+
+    #[test]
+    fn flipped_and_shared_edges_are_counted() {
+        let mut soup = cube(Vec3::ZERO, 1.0, false);
+        soup[0].swap(1, 2);
+        let t = analyzed(&soup);
+        assert_eq!((t.inconsistent_edges, t.closed_components), (3, 0));
+        // Two cubes that meet along one edge: four triangles there, but balanced.
+        let mut soup = cube(Vec3::ZERO, 1.0, false);
+        soup.extend(cube(Vec3::new(2.0, 2.0, 0.0), 1.0, false));
+        let t = analyzed(&soup);
+        assert_eq!((t.nonmanifold_edges, t.components, t.closed_components), (1, 1, 1));
+    }
 }

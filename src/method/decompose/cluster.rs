@@ -94,8 +94,7 @@ fn split(points: &ShadingPoints, members: &mut [u32], bounds: &Bounds, seed: u64
     }
     let middle = if members.len() > MEDIAN_ABOVE { median(points, members) } else { two_means(points, members, bounds, seed, path) };
     let (left, right) = members.split_at_mut(middle);
-    let (mut a, b) =
-        rayon::join(|| split(points, left, bounds, seed, hash64(path) ^ 1), || split(points, right, bounds, seed, hash64(path ^ 0x5bd1_e995) ^ 2));
+    let (mut a, b) = rayon::join(|| split(points, left, bounds, seed, hash64(path) ^ 1), || split(points, right, bounds, seed, hash64(path ^ 0x5bd1_e995) ^ 2));
     a.extend(b);
     a
 }
@@ -118,7 +117,8 @@ fn two_means(points: &ShadingPoints, members: &mut [u32], bounds: &Bounds, seed:
     let mut rng = Rng::new(seed, Stream::Cluster, path, 0);
     let first = at(members[rng.below(members.len())]);
     // The second seed is the member furthest from the first.
-    let far = |from: &Centre| members.iter().copied().fold((members[0], -1.0), |best, i| if distance(i, from) > best.1 { (i, distance(i, from)) } else { best }).0;
+    let far =
+        |from: &Centre| members.iter().copied().fold((members[0], -1.0), |best, i| if distance(i, from) > best.1 { (i, distance(i, from)) } else { best }).0;
     let mut a = at(far(&first));
     let mut b = at(far(&a));
     for _ in 0..ITERATIONS {

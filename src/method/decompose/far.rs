@@ -36,7 +36,15 @@ pub struct Proxy<'a> {
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
-pub fn sample(world: &World, proxy: Proxy<'_>, points: &ShadingPoints, clusters: &Clusters, settings: &DecomposeSettings, seed: u64, run: &Run) -> Result<Vec<ShRgb>> {
+pub fn sample(
+    world: &World,
+    proxy: Proxy<'_>,
+    points: &ShadingPoints,
+    clusters: &Clusters,
+    settings: &DecomposeSettings,
+    seed: u64,
+    run: &Run,
+) -> Result<Vec<ShRgb>> {
     let phase = run.phase("sample", clusters.len() as u64);
     let alpha = settings.lengths(world.diagonal).alpha;
     let out = run.install(|| {

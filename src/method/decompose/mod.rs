@@ -21,8 +21,8 @@ pub mod cluster;
 pub mod far;
 pub mod interpolate;
 pub mod near;
-mod render;
 pub mod reconstruct;
+mod render;
 mod settings;
 
 pub use render::{Inputs, Prepared, prepare, render};

@@ -156,7 +156,17 @@ impl NearTree {
         out
     }
 
-    fn add_block(&self, block: &Block, x: Vec3, n: Vec3, query: &NearQuery<'_>, rng: &mut Rng, moments: &mut [F; MOMENTS], sent: &mut [F; 3], out: &mut NearSum) {
+    fn add_block(
+        &self,
+        block: &Block,
+        x: Vec3,
+        n: Vec3,
+        query: &NearQuery<'_>,
+        rng: &mut Rng,
+        moments: &mut [F; MOMENTS],
+        sent: &mut [F; 3],
+        out: &mut NearSum,
+    ) {
         let x8 = x.to_array().map(F::splat);
         let n8 = n.to_array().map(F::splat);
         let to_centroid: [F; 3] = std::array::from_fn(|k| block.centroid[k] - x8[k]);
@@ -329,10 +339,12 @@ mod tests {
     fn equals_the_definition_for_every_alpha_and_side_rule() {
         let mut rng = Rng::new(9, Stream::Test, 0, 0);
         let mut random = || Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
-        let positions: Vec<Vec3> = (0..60).flat_map(|_| {
-            let c = random() * 2.0;
-            [c, c + random() * 0.5, c + random() * 0.5]
-        }).collect();
+        let positions: Vec<Vec3> = (0..60)
+            .flat_map(|_| {
+                let c = random() * 2.0;
+                [c, c + random() * 0.5, c + random() * 0.5]
+            })
+            .collect();
         for sides in [Sides::One, Sides::Two] {
             let cells = cells_of(positions.clone(), sides, 0.15);
             assert!(cells.len() > 300);

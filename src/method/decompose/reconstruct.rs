@@ -30,7 +30,16 @@ pub struct PointIrradiance {
 }
 
 /// Irradiance at `p` with unit normal `n` for a given far field.
-pub fn point(world: &World, tree: &NearTree, sh: &ShRgb, p: glam::Vec3, n: glam::Vec3, settings: &DecomposeSettings, alpha: f32, rng: &mut Rng) -> (PointIrradiance, u64) {
+pub fn point(
+    world: &World,
+    tree: &NearTree,
+    sh: &ShRgb,
+    p: glam::Vec3,
+    n: glam::Vec3,
+    settings: &DecomposeSettings,
+    alpha: f32,
+    rng: &mut Rng,
+) -> (PointIrradiance, u64) {
     let far = sh.irradiance(n);
     if settings.near_visibility == NearVisibility::Off {
         return (PointIrradiance { total: far.max(Rgb::ZERO), far, ..PointIrradiance::default() }, 0);
@@ -54,7 +63,15 @@ pub fn point(world: &World, tree: &NearTree, sh: &ShRgb, p: glam::Vec3, n: glam:
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
-pub fn reconstruct(world: &World, points: &ShadingPoints, field: &FarField<'_>, tree: &NearTree, settings: &DecomposeSettings, seed: u64, run: &Run) -> Result<Vec<PointIrradiance>> {
+pub fn reconstruct(
+    world: &World,
+    points: &ShadingPoints,
+    field: &FarField<'_>,
+    tree: &NearTree,
+    settings: &DecomposeSettings,
+    seed: u64,
+    run: &Run,
+) -> Result<Vec<PointIrradiance>> {
     const BLOCK: usize = 256;
     let alpha = settings.lengths(world.diagonal).alpha;
     let phase = run.phase("reconstruct", points.len() as u64);

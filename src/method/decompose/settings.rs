@@ -192,7 +192,11 @@ impl DecomposeSettings {
         range("cluster_normal_cos", (-1.0..=1.0).contains(&self.cluster_normal_cos), "must be in -1..=1")?;
         range("blend_normal_power", self.blend_normal_power >= 0.0, "must not be negative")?;
         let exact = self.near_integral == NearIntegral::Exact && self.near_visibility != NearVisibility::Off;
-        range("near_integral", !exact || self.sh_bands <= 3, "\"exact\" integrates up to 3 bands; set decompose.sh_bands = 3 or decompose.near_integral = \"monte-carlo\"")?;
+        range(
+            "near_integral",
+            !exact || self.sh_bands <= 3,
+            "\"exact\" integrates up to 3 bands; set decompose.sh_bands = 3 or decompose.near_integral = \"monte-carlo\"",
+        )?;
         for (key, length) in [("near_cell", self.near_cell), ("cluster_radius", self.cluster_radius), ("blend_radius", self.blend_radius)] {
             let positive = length.is_none_or(|l| l.resolve(1.0) > 0.0 && l.resolve(1.0).is_finite());
             range(key, positive, "must be a positive, finite length")?;

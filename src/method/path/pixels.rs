@@ -24,9 +24,35 @@ pub(super) struct Sample {
 
 /// Names of the sums, in the order of [`Pixel::sums`].
 pub(super) const SUMS: [&str; SUM_COUNT] = [
-    "half0.R", "half0.G", "half0.B", "half1.R", "half1.G", "half1.B", "emission.R", "emission.G", "emission.B", "direct.R", "direct.G", "direct.B",
-    "indirect.R", "indirect.G", "indirect.B", "square.R", "square.G", "square.B", "albedo.R", "albedo.G", "albedo.B", "N.X", "N.Y", "N.Z", "P.X",
-    "P.Y", "P.Z", "depth.Z", "hits",
+    "half0.R",
+    "half0.G",
+    "half0.B",
+    "half1.R",
+    "half1.G",
+    "half1.B",
+    "emission.R",
+    "emission.G",
+    "emission.B",
+    "direct.R",
+    "direct.G",
+    "direct.B",
+    "indirect.R",
+    "indirect.G",
+    "indirect.B",
+    "square.R",
+    "square.G",
+    "square.B",
+    "albedo.R",
+    "albedo.G",
+    "albedo.B",
+    "N.X",
+    "N.Y",
+    "N.Z",
+    "P.X",
+    "P.Y",
+    "P.Z",
+    "depth.Z",
+    "hits",
 ];
 const SUM_COUNT: usize = 29;
 const HALVES: usize = 0;

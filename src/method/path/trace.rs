@@ -40,7 +40,15 @@ fn power_heuristic(a: f32, b: f32) -> f32 {
     if a.is_infinite() {
         return 1.0;
     }
-    if b > a { let r = a / b; r * r / (1.0 + r * r) } else if a > 0.0 { let r = b / a; 1.0 / (1.0 + r * r) } else { 0.0 }
+    if b > a {
+        let r = a / b;
+        r * r / (1.0 + r * r)
+    } else if a > 0.0 {
+        let r = b / a;
+        1.0 / (1.0 + r * r)
+    } else {
+        0.0
+    }
 }
 
 impl<'a> View<'a> {

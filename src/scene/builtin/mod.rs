@@ -1,4 +1,11 @@
-//! Scenes made by code, parametric and deterministic.
+//! Scenes made by code: parametric, deterministic, with their materials; asked for by `[[mesh]] builtin = "…"` in a scene file.
+
+mod interior;
+mod slats;
+mod solid;
+
+pub use interior::{InteriorParameters, interior};
+pub use slats::{SlatsParameters, slats};
 
 use super::{Material, Mesh};
 
@@ -16,6 +23,44 @@ pub struct Generated {
 /// # Errors
 /// A message that lists the names or parameters there are.
 pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, String> {
-    let _ = parameters;
-    Err(format!("there is no builtin \"{name}\""))
+    fn read<T: serde::de::DeserializeOwned>(t: &toml::Table) -> Result<T, String> {
+        t.clone().try_into().map_err(|e: toml::de::Error| format!("parameters: {}", e.message().trim_end()))
+    }
+    let mut made = match name {
+        "interior" => interior(&read(parameters)?)?,
+        "slats" => slats(&read(parameters)?)?,
+        _ => return Err(format!("there is no builtin \"{name}\"; there are: interior, slats")),
+    };
+    made.mesh.name = name.into();
+    Ok(made)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+    use crate::tessellate::{Geometry, analyze_topology};
+
+    #[test]
+    fn all_parts_are_closed_and_outward() {
+        for name in ["interior", "slats"] {
+            let made = generate(name, &toml::Table::new()).unwrap();
+            let count = made.mesh.triangles.len();
+            assert!(name != "interior" || (50_000..200_000).contains(&count), "{count}");
+            let geometry = Geometry::new(&Scene { meshes: vec![made.mesh], materials: made.materials, ..Scene::default() });
+            assert_eq!(geometry.dropped_degenerate + geometry.dropped_duplicate, 0, "{name}");
+            let topology = analyze_topology(&geometry);
+            let open = topology.closed_of_triangle.iter().filter(|c| !**c).count();
+            assert_eq!(open, 0, "{name}: open triangles");
+        }
+    }
+
+    #[test]
+    fn same_every_time_and_growing_with_detail() {
+        let with = |detail: f64| generate("interior", &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(detail))])).unwrap().mesh;
+        assert_eq!(with(0.5).positions, with(0.5).positions);
+        assert!(with(1.0).triangles.len() > 2 * with(0.5).triangles.len());
+        assert!(generate("interior", &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(99.0))])).is_err());
+        assert!(generate("castle", &toml::Table::new()).unwrap_err().contains("interior, slats"));
+    }
 }

@@ -1,0 +1,44 @@
+# nearfar: everything that is done often. Needs make, bash and cargo; ./setup brings the rest.
+#   make render   a fresh machine to a picture: scenes/cornell-box by the three-pass method, compared with its ground truth
+#   make test     the whole test suite, on Embree and without it
+#   make bench    ray backends and methods, measured
+#   make lint     formatting, clippy and documentation, without warnings
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.PHONY: render test test-embree test-bvh bench lint setup
+.DEFAULT_GOAL := render
+
+CARGO ?= cargo
+SCENE := scenes/cornell-box/cornell-box.toml
+REFERENCE := scenes/cornell-box/cornell-box.exr
+OUT := out/cornell-box.exr
+
+setup:
+	@./setup
+
+render: setup
+	@$(CARGO) build --release
+	@mkdir -p out
+	@start=$$(date +%s.%N); target/release/nearfar render $(SCENE) -o $(OUT) --png; end=$$(date +%s.%N); \
+	  echo "picture: $(OUT), $(OUT:.exr=.png)"; awk -v a=$$start -v b=$$end 'BEGIN { printf "time: %.1f s\n", b - a }'
+	@echo "error against the ground truth $(REFERENCE):"
+	@target/release/nearfar compare $(OUT) $(REFERENCE)
+
+test: test-embree test-bvh
+
+test-embree: setup
+	$(CARGO) test --release
+
+# The same suite without Embree. A folder of its own, so that the two builds do not undo each other.
+test-bvh: setup
+	$(CARGO) test --release --no-default-features --target-dir target/bvh
+
+bench: setup
+	@$(CARGO) build --release
+	target/release/nearfar bench $(SCENE) --backends
+
+lint: setup
+	$(CARGO) fmt --check
+	$(CARGO) clippy --release --all-targets -- -D warnings
+	$(CARGO) clippy --release --all-targets --no-default-features --target-dir target/bvh -- -D warnings
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --no-deps
