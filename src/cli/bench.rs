@@ -21,6 +21,18 @@ pub(super) struct BenchArgs {
     /// Every rendering method at equal time.
     #[arg(long)]
     methods: bool,
+    /// Where the error of the decomposition sits; needs --reference.
+    #[arg(long, conflicts_with_all = ["backends", "methods"], requires = "reference")]
+    budget: bool,
+    /// Ground truth of --budget: same size, better with two halves (see `nearfar reference`).
+    #[arg(long, value_name = "REF.exr")]
+    reference: Option<std::path::PathBuf>,
+    /// --budget looks at every n-th pixel in x and y.
+    #[arg(long, default_value_t = 8, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    stride: u32,
+    /// Rays of the exact gathers of --budget.
+    #[arg(long, default_value_t = 4096, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    gather_rays: u32,
     /// Rays of each kind.
     #[arg(long, default_value_t = BackendBenchSettings::default().rays, value_name = "N")]
     rays: usize,
@@ -45,6 +57,9 @@ pub(super) fn bench(args: &BenchArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     }
     let job = args.scene.prepare(&[], None, cancel)?;
     let world = World::new(&job.scene, args.scene.backend, &job.run)?;
+    if let Some(reference) = args.reference.as_deref().filter(|_| args.budget) {
+        return super::budget::run(&job, &world, reference, args.stride, args.gather_rays, args.json);
+    }
     let settings = BackendBenchSettings { rays: args.rays, rounds: args.rounds, seed: args.scene.seed.unwrap_or(0) };
     let report = bench_backends(&world, &settings, &job.run)?;
     if args.json {

@@ -5,6 +5,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, clippy::exit, reason = "the command line is where output goes and the process ends")]
 
 mod bench;
+mod budget;
 mod compare;
 mod info;
 mod options;

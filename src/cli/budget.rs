@@ -1,0 +1,35 @@
+//! `nearfar bench SCENE --budget --reference REF.exr`: where the error of the decomposition sits.
+
+use std::path::Path;
+
+use super::options::Job;
+use crate::error::{Error, Result};
+use crate::method::decompose::Inputs;
+use crate::report::budget::{BudgetRow, Truth, budget};
+use crate::report::{Reference, read_reference};
+use crate::shading::World;
+
+/// Computes the budget and prints a table, or JSON.
+///
+/// # Errors
+/// A reference that cannot be read or has another size; whatever stops a render.
+pub(super) fn run(job: &Job, world: &World, reference: &Path, stride: u32, gather_rays: u32, json: bool) -> Result<()> {
+    let Reference { beauty, halves, .. } = read_reference(reference)?;
+    let pixels = (world.camera.width * world.camera.height) as usize;
+    if beauty.len() != pixels {
+        return Err(Error::Usage(format!("{} is not of the size {}x{}; use --size", reference.display(), world.camera.width, world.camera.height)));
+    }
+    let config = &job.config;
+    let inputs = Inputs { decompose: &config.decompose, photon: &config.photon, record: &config.record, direct: &config.direct, seed: config.seed };
+    let rows = budget(world, inputs, &Truth { mean: beauty, halves }, stride, gather_rays, &job.run)?;
+    if json {
+        let text = serde_json::to_string_pretty(&rows).map_err(|e| Error::Render(format!("cannot write JSON: {e}")))?;
+        println!("{text}");
+        return Ok(());
+    }
+    println!("{:<34} {:>10} {:>10} {:>12} {:>9}", "part", "relMSE", "± s.e.", "less 0.1 %", "bias %");
+    for BudgetRow { part, errors: e } in &rows {
+        println!("{part:<34} {:>10.6} {:>10.6} {:>12.6} {:>+9.3}", e.relmse, e.relmse_standard_error, e.relmse_trimmed, 100.0 * e.bias);
+    }
+    Ok(())
+}
