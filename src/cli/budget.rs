@@ -14,7 +14,7 @@ use crate::shading::World;
 /// # Errors
 /// A reference that cannot be read or has another size; whatever stops a render.
 pub(super) fn run(job: &Job, world: &World, reference: &Path, stride: u32, gather_rays: u32, json: bool) -> Result<()> {
-    let Reference { beauty, halves, .. } = read_reference(reference)?;
+    let Reference { mean: beauty, halves, .. } = read_reference(reference)?;
     let pixels = (world.camera.width * world.camera.height) as usize;
     if beauty.len() != pixels {
         return Err(Error::Usage(format!("{} is not of the size {}x{}; use --size", reference.display(), world.camera.width, world.camera.height)));
