@@ -3,6 +3,7 @@
 
 mod architecture;
 mod broken;
+mod cli;
 mod conformance;
 mod decompose;
 mod path;

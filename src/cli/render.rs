@@ -13,6 +13,7 @@ use crate::config::RenderConfig;
 use crate::error::{Error, Result};
 use crate::film::{self, Film, Precision};
 use crate::method::{Method, Rendered, decompose, direct, path, photon_map};
+use crate::run::Run;
 use crate::shading::World;
 
 /// Options of `nearfar render`.
@@ -118,6 +119,9 @@ fn check_outputs(output: &OutputOptions) -> Result<()> {
     if output.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
         return Err(Error::Usage(format!("--output {}: the image is OpenEXR, name it .exr (--png writes a PNG beside it)", output.output.display())));
     }
+    if let Some(layer) = output.aov.iter().find(|l| !LAYERS.contains(&layer_of(l))) {
+        return Err(Error::Usage(format!("--aov {layer}: no method has such a layer; choose among {}", LAYERS.join(", "))));
+    }
     check_writable(&output.output)?;
     output.stats.as_deref().map_or(Ok(()), check_writable)
 }
@@ -126,31 +130,34 @@ fn name(method: Method) -> String {
     clap::ValueEnum::to_possible_value(&method).map_or_else(String::new, |v| v.get_name().to_owned())
 }
 
-/// Keeps the beauty and the named layers; the running sums and halves of a reference always stay.
-fn keep_layers(film: &mut Film, wanted: &[String]) -> Result<()> {
+/// Layers that some method writes.
+const LAYERS: [&str; 17] = [
+    "none", "direct", "indirect", "emission", "irradiance", "far", "near", "albedo", "N", "P", "depth", "cluster", "cell", "variance", "samples", "half0",
+    "half1",
+];
+
+fn layer_of(channel: &str) -> &str {
+    channel.split_once('.').map_or(channel, |(layer, _)| layer)
+}
+
+/// Keeps the beauty, the running sums and the named layers; warns of layers that this method does not have.
+fn keep_layers(film: &mut Film, wanted: &[String], run: &Run) {
     if wanted.is_empty() {
-        return Ok(());
+        return;
     }
-    let layer_of = |channel: &str| channel.split_once('.').map(|(layer, _)| layer.to_owned());
-    let mut layers: Vec<String> = film.channels.keys().filter_map(|c| layer_of(c).or_else(|| (c.len() > 1).then(|| c.clone()))).collect();
-    layers.dedup();
-    let layers: std::collections::BTreeSet<String> = layers.into_iter().filter(|l| l != "state").collect();
-    for layer in wanted.iter().filter(|l| !layers.contains(*l) && *l != "none") {
-        let known: Vec<&str> = layers.iter().map(String::as_str).collect();
-        return Err(Error::Usage(format!("--aov {layer}: this method has no such layer; it has {}", known.join(", "))));
+    for layer in wanted.iter().filter(|w| *w != "none" && !film.channels.keys().any(|c| layer_of(c) == layer_of(w))) {
+        run.warn(format!("--aov {layer}: this method has no such layer"));
     }
-    let stays = |c: &str| ["R", "G", "B"].contains(&c) || c.starts_with("state.") || wanted.iter().any(|w| w == c || layer_of(c).as_ref() == Some(w));
-    film.channels.retain(|c, _| stays(c));
-    Ok(())
+    film.channels.retain(|c, _| ["R", "G", "B"].contains(&c.as_str()) || layer_of(c) == "state" || wanted.iter().any(|w| layer_of(w) == layer_of(c)));
 }
 
 fn finish(scene: &SceneOptions, output: &OutputOptions, method: Method, job: &Job, world: &World, rendered: Rendered) -> Result<()> {
     let Rendered { mut film, stats } = rendered;
     let interrupted = job.run.cancelled();
+    keep_layers(&mut film, &output.aov, &job.run);
     if !scene.quiet {
         job.run.warnings().iter().for_each(|w| eprintln!("warning: {w}"));
     }
-    keep_layers(&mut film, &output.aov)?;
     let settings = job.config.to_table()?;
     for (key, value) in [
         ("nearfar.version", env!("CARGO_PKG_VERSION").to_owned()),

@@ -20,7 +20,7 @@ impl LightTable {
         let chance = self.emission.probability(index);
         let Some(source) = self.sources.get(index) else {
             let flux = self.sky * (4.0 * PI * PI * self.radius * self.radius / chance);
-            return Some(PhotonEmission { ray: self.from_outside(sample_uniform_sphere(u2), u1), flux, from_sky: true });
+            return Some(PhotonEmission { ray: self.inward_ray(sample_uniform_sphere(u2), u1), flux, from_sky: true });
         };
         let flux = self.power_of(source) / chance;
         let ray = match *source {
@@ -36,9 +36,9 @@ impl LightTable {
                 let at = sample_triangle(u1);
                 self.leave(a + (b - a) * at.x + (c - a) * at.y, (b - a).cross(c - a).normalize(), u2)
             }
-            Source::DeltaSun { to_sun, .. } => self.from_outside(to_sun, u1),
+            Source::DeltaSun { to_sun, .. } => self.inward_ray(to_sun, u1),
             Source::Sun { to_sun, one_minus_cos, .. } => {
-                self.from_outside(Frame::from_normal(to_sun).world_from_local(sample_uniform_cone(u2, one_minus_cos)), u1)
+                self.inward_ray(Frame::from_normal(to_sun).world_from_local(sample_uniform_cone(u2, one_minus_cos)), u1)
             }
             Source::Point { position, .. } => Ray::new(position, sample_uniform_sphere(u2)),
             Source::Spot { position, axis, intensity, cos_inner, cos_outer } => {
@@ -56,7 +56,7 @@ impl LightTable {
     }
 
     /// A ray that travels along −`to_light` from a disc that touches the bounding sphere on the light's side.
-    fn from_outside(&self, to_light: Vec3, u: Vec2) -> Ray {
+    fn inward_ray(&self, to_light: Vec3, u: Vec2) -> Ray {
         let frame = Frame::from_normal(to_light);
         let d = sample_disc(u) * self.radius;
         Ray::new(self.center + to_light * self.radius + frame.s * d.x + frame.t * d.y, -to_light)

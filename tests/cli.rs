@@ -1,0 +1,210 @@
+//! The program as a user types it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use nearfar::film::{Film, Precision, read_exr, write_exr};
+use nearfar::radiometry::Rgb;
+
+fn nearfar(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_nearfar")).args(arguments).output().unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A folder that is removed when the test is over, with a small scene in it.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("nearfar-cli-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("card.obj"), "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n").unwrap();
+        let scene = "[camera]\neye = [0, 1, 2]\ntarget = [0, 0, 0]\nwidth = 16\nheight = 12\n\n[[mesh]]\nfile = \"card.obj\"\n\n\
+                     [[light]]\ntype = \"sky\"\nradiance = [1, 1, 1]\n\n[[light]]\ntype = \"point\"\nposition = [0, 1, 0]\nintensity = [1, 1, 1]\n\n\
+                     [settings]\nseed = 7\n\n[settings.path]\nspp = 3\n";
+        std::fs::write(folder.join("card.toml"), scene).unwrap();
+        Self(folder)
+    }
+    fn at(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn help_names_every_command_and_option() {
+    let help = nearfar(&["--help"]);
+    assert_eq!(code(&help), 0);
+    let text = String::from_utf8(help.stdout).unwrap();
+    for word in ["render", "reference", "compare", "bench", "info"] {
+        assert!(text.contains(word), "{word}");
+    }
+    let text = String::from_utf8(nearfar(&["render", "--help"]).stdout).unwrap();
+    for word in [
+        "--method",
+        "--alpha",
+        "--size",
+        "--spp",
+        "--time-limit",
+        "--threads",
+        "--seed",
+        "--backend",
+        "--set",
+        "--aov",
+        "--stats",
+        "--png",
+        "--exposure",
+        "-q",
+        "-v",
+    ] {
+        assert!(text.contains(word), "{word}");
+    }
+    let text = String::from_utf8(nearfar(&["reference", "--help"]).stdout).unwrap();
+    for word in ["--resume", "--target-error", "--time-limit"] {
+        assert!(text.contains(word), "{word}");
+    }
+    assert_eq!(code(&nearfar(&["--version"])), 0);
+}
+
+#[test]
+fn usage_errors_exit_with_2_and_say_the_fix() {
+    let folder = Folder::new("usage");
+    let (scene, out) = (folder.at("card.toml"), folder.at("o.exr"));
+    for (arguments, expected) in [
+        (vec!["render"], "required"),
+        (vec!["paint"], "unrecognized subcommand"),
+        (vec!["render", &scene, "-o", &out, "--size", "640"], "WIDTHxHEIGHT"),
+        (vec!["render", &scene, "-o", &out, "--spp", "0"], "0 is not in"),
+        (vec!["render", &scene, "-o", &out, "--time-limit", "soon"], "write seconds"),
+        (vec!["render", &scene, "-o", &out, "--method", "magic"], "possible values"),
+        (vec!["render", &scene, "-o", &out, "--set", "path.spp"], "write key=value"),
+        (vec!["render", &scene, "-o", &out, "--set", "path.sppp=3"], "setting \"path.sppp\": unknown key"),
+        (vec!["render", &scene, "-o", &out, "--set", "path.spp=many"], "setting \"path.spp\""),
+        (vec!["render", &scene, "-o", &folder.at("o.png")], "name it .exr"),
+        (vec!["render", &scene, "-o", &folder.at("no/o.exr")], "does not exist"),
+        (vec!["render", &folder.at("none.toml"), "-o", &out], "none.toml"),
+        (vec!["render", &folder.at("none.obj"), "-o", &out], "none.obj"),
+        (vec!["compare", &folder.at("a.exr"), &folder.at("b.exr")], "no such file"),
+        (vec!["reference", &scene, "-o", &out, "--resume", &folder.at("none.exr")], "no such file"),
+    ] {
+        let output = nearfar(&arguments);
+        assert_eq!(code(&output), 2, "{arguments:?}");
+        assert!(stderr(&output).contains(expected), "{arguments:?}: {}", stderr(&output));
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+    }
+    let left: Vec<_> = std::fs::read_dir(&folder.0).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left.len(), 2, "{left:?}");
+}
+
+#[test]
+fn settings_precedence() {
+    let folder = Folder::new("precedence");
+    let (scene, out, stats) = (folder.at("card.toml"), folder.at("o.exr"), folder.at("o.json"));
+    let spp = |extra: &[&str]| {
+        let mut arguments = vec!["render", &scene, "-o", &out, "--method", "path", "--stats", &stats, "--threads", "1"];
+        arguments.extend(extra);
+        let output = nearfar(&arguments);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let stats: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
+        (stats["spp"].as_u64().unwrap(), stats["seed"].as_u64().unwrap())
+    };
+    assert_eq!(spp(&[]), (3, 7), "the scene file");
+    assert_eq!(spp(&["--set", "path.spp=5", "--set", "seed=8"]), (5, 8), "--set over the file");
+    assert_eq!(spp(&["--set", "path.spp=5", "--spp", "4", "--seed", "9"]), (4, 9), "options of their own over --set");
+}
+
+#[test]
+fn render_writes_image_picture_and_statistics() {
+    let folder = Folder::new("render");
+    let (scene, out, stats) = (folder.at("card.toml"), folder.at("o.exr"), folder.at("o.json"));
+    let output = nearfar(&["render", &scene, "-o", &out, "--method", "path", "--size", "20x10", "--png", "--stats", &stats, "--aov", "direct,albedo"]);
+    assert_eq!((code(&output), output.stdout.len()), (0, 0), "{}", stderr(&output));
+    let film = read_exr(Path::new(&out)).unwrap();
+    assert_eq!((film.width, film.height), (20, 10));
+    let names: Vec<_> = film.channels.keys().map(String::as_str).collect();
+    assert_eq!(names, ["B", "G", "R", "albedo.B", "albedo.G", "albedo.R", "direct.B", "direct.G", "direct.R"]);
+    assert!(film.header["nearfar.settings"].contains("seed = 7") && film.header["nearfar.method"] == "path");
+    assert!(Path::new(&folder.at("o.png")).is_file());
+    let stats: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
+    for key in ["method", "backend", "width", "height", "threads", "seed", "triangles", "cpu_seconds", "peak_rss_bytes"] {
+        assert!(!stats[key].is_null(), "{key}");
+    }
+    for key in ["total", "load", "build", "write"] {
+        assert!(stats["seconds"][key].is_number(), "{key}");
+    }
+    assert!(stats["rays"]["primary"].as_u64() == Some(600) && stats["rays"]["shadow"].as_u64() > Some(0));
+    let output = nearfar(&["render", &scene, "-o", &out, "--method", "path", "--aov", "shine"]);
+    assert!(code(&output) == 2 && stderr(&output).contains("choose among none, direct"), "{}", stderr(&output));
+}
+
+#[test]
+fn reference_resumes_to_the_same_bits() {
+    let folder = Folder::new("resume");
+    let (scene, whole, part) = (folder.at("card.toml"), folder.at("whole.exr"), folder.at("part.exr"));
+    for arguments in [
+        vec!["reference", &scene, "-o", &whole, "--spp", "11", "-q"],
+        vec!["reference", &scene, "-o", &part, "--spp", "4", "-q"],
+        vec!["reference", &scene, "-o", &part, "--spp", "11", "-q", "--resume", &part],
+    ] {
+        let output = nearfar(&arguments);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+    }
+    let bits = |path: &str| {
+        let film = read_exr(Path::new(path)).unwrap();
+        film.channels.into_iter().map(|(k, v)| (k, v.into_iter().map(f32::to_bits).collect::<Vec<_>>())).collect::<Vec<_>>()
+    };
+    assert!(bits(&whole) == bits(&part));
+    let output = nearfar(&["reference", &scene, "-o", &part, "--spp", "12", "--resume", &whole, "--seed", "99"]);
+    assert!(code(&output) == 2 && stderr(&output).contains("cannot resume"), "{}", stderr(&output));
+}
+
+#[test]
+fn compare_prints_judges_and_draws() {
+    let folder = Folder::new("compare");
+    let (a, b, diff) = (folder.at("a.exr"), folder.at("b.exr"), folder.at("d.png"));
+    for (path, v) in [(&a, 1.1f32), (&b, 1.0)] {
+        let mut film = Film::new(8, 8);
+        film.set_rgb("", &[Rgb::splat(v); 64]);
+        write_exr(&film, Path::new(path), Precision::Full).unwrap();
+    }
+    let same = nearfar(&["compare", &a, &a, "--json", "--max-relmse", "0"]);
+    assert_eq!(code(&same), 0);
+    let figures: serde_json::Value = serde_json::from_slice(&same.stdout).unwrap();
+    assert!(figures["relmse"] == 0.0 && figures["flip"] == 0.0 && figures["bias"] == 0.0);
+    let differs = nearfar(&["compare", &a, &b, "--output", &diff, "--max-relmse", "0.001"]);
+    assert_eq!(code(&differs), 1);
+    assert!(String::from_utf8_lossy(&differs.stdout).contains("relMSE                 0.0099"), "{differs:?}");
+    assert!(Path::new(&diff).is_file() && stderr(&differs).contains("above 0.001"));
+    assert_eq!(code(&nearfar(&["compare", &a, &b, "--max-relmse", "0.02"])), 0);
+}
+
+#[test]
+#[cfg(unix)]
+fn ctrl_c_keeps_what_was_done() {
+    let folder = Folder::new("interrupt");
+    let out = folder.at("o.exr");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_nearfar"))
+        .args(["reference", &folder.at("card.toml"), "-o", &out, "--spp", "100000000"])
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Long enough to be past the first sample of 192 pixels; the render itself would take hours.
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let film = read_exr(Path::new(&out)).unwrap();
+    assert_eq!(film.header["nearfar.complete"], "false");
+    assert!(film.channels["samples"].iter().all(|&n| n >= 1.0));
+}
