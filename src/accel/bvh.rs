@@ -167,7 +167,7 @@ impl Slabs {
         let (enter, leave) = (start - slack, start + slack);
         let mut t_in = f32x8::splat(self.t_min);
         let mut t_out = f32x8::splat(t_max);
-        let planes = [(node.child_min_x, node.child_max_x), (node.child_min_y, node.child_max_y), (node.child_min_z, node.child_max_z)];
+        let planes = [(&node.child_min_x, &node.child_max_x), (&node.child_min_y, &node.child_max_y), (&node.child_min_z, &node.child_max_z)];
         for (axis, (low, high)) in planes.into_iter().enumerate() {
             let (first, last) = if self.negative[axis] { (high, low) } else { (low, high) };
             let scale = f32x8::splat(scale[axis]);
@@ -187,6 +187,6 @@ impl Slabs {
 }
 
 #[inline(always)]
-fn lanes(bytes: [u8; 8]) -> f32x8 {
-    f32x8::from(bytes.map(f32::from))
+fn lanes(bytes: &[u8; 8]) -> f32x8 {
+    f32x8::from(bytes.map(|b| i32::from(b) as f32))
 }
