@@ -226,9 +226,8 @@ fn pixel(world: &World, settings: &RecordSettings, direct_settings: &DirectSetti
         if surface.albedo == Rgb::ZERO {
             continue;
         }
-        let lifted = offset_origin(surface.p, surface.ng, world.diagonal);
         let count = direct_settings.light_samples;
-        let (e, rays) = direct_irradiance(world, lifted, surface.ng, surface.ns, count, &mut |i| {
+        let (e, rays) = direct_irradiance(world, surface.p, surface.ng, surface.ns, count, &mut |i| {
             let k = s * count + i;
             (lamp.sample_1d(k, 0), lamp.sample_2d(k, 1))
         });

@@ -22,11 +22,12 @@ pub fn light_visible(world: &World, sample: &LightSample) -> bool {
 /// the sky) by up to `count` shadow rays; also returns how many were shot.
 ///
 /// `sample(i)` gives (pick, uv) of ray i, uniform; the pick is stratified here: ray i takes the i-th of `count` equal parts.
-/// `p` is moved off the surface along `ng` here. W·m⁻²; 0 for `count` = 0.
+/// `p` is moved off the surface along `ng` here. A single light without extent takes one ray whatever `count`. W·m⁻²; 0 for `count` = 0.
 pub fn direct_irradiance(world: &World, p: Vec3, ng: Vec3, n: Vec3, count: u32, sample: &mut dyn FnMut(u32) -> (f32, Vec2)) -> (Rgb, u64) {
     if world.lights.is_empty() || count == 0 {
         return (Rgb::ZERO, 0);
     }
+    let count = if world.lights.is_one_delta() { 1 } else { count };
     let origin = offset_origin(p, ng, world.diagonal);
     let (mut sum, mut rays) = (Rgb::ZERO, 0);
     for i in 0..count {

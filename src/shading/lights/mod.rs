@@ -61,13 +61,13 @@ pub struct PhotonEmission {
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DirectSettings {
-    /// Shadow rays per camera sample.
+    /// Shadow rays per camera sample; default 4. A single light without extent takes one.
     pub light_samples: u32,
 }
 
 impl Default for DirectSettings {
     fn default() -> Self {
-        Self { light_samples: 1 }
+        Self { light_samples: 4 }
     }
 }
 
@@ -148,6 +148,10 @@ pub struct LightTable {
 }
 
 impl LightTable {
+    /// True when a single shadow ray is all there is to know: one light, without extent.
+    pub fn is_one_delta(&self) -> bool {
+        matches!(self.sources.as_slice(), [Source::DeltaSun { .. } | Source::Point { .. } | Source::Spot { .. }])
+    }
     /// Collects emissive triangles and lights. Lights of zero power are left out.
     pub fn new(scene: &Scene, geometry: &Geometry) -> Self {
         let mut table = Self {
