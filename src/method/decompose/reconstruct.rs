@@ -1,6 +1,7 @@
 //! Pass 3: irradiance at every shading point: far by interpolation, near by the analytic sum.
 //!
-//! E = max(0, E_far + k · (Σ m B G/π − Σ m S)), k = min(1, 1/Σ form factors) with `overlap = "scale"`, else 1. Only the sum is clamped: single
+//! E = max(0, E_far + k · (Σ m B G/π − Σ m S)). With `overlap = "scale"` k = min(1, 1/Σ form factors, E_far/Σ m S in the channel where that is
+//! least), so that cells hiding one another can take away no more than there is, in any colour; else k = 1. Only the sum is clamped: single
 //! terms may be negative and must stay so, or a closed surround would no longer cancel the far field exactly.
 
 use rayon::prelude::*;
@@ -54,9 +55,20 @@ pub fn point(
         NearIntegral::Exact => Quadratic::new(sh, n).integral(&near.moments),
         NearIntegral::MonteCarlo => near.covered,
     };
-    let scale = if settings.overlap == Overlap::Scale { 1.0 / near.form_factor.max(1.0) } else { 1.0 };
+    let scale = if settings.overlap == Overlap::Scale { overlap_scale(far, covered, near.form_factor) } else { 1.0 };
     let total = (far + (near.sent - covered) * scale).max(Rgb::ZERO);
     (PointIrradiance { total, far, cluster: 0, near_cells: near.cells }, u64::from(near.rays))
+}
+
+/// The largest k ≤ 1 for which the near cells cover neither more than the hemisphere nor, in any channel, more than the far field holds.
+fn overlap_scale(far: Rgb, covered: Rgb, form_factor: f32) -> f32 {
+    let mut k = 1.0 / form_factor.max(1.0);
+    for c in 0..3 {
+        if covered[c] * k > far[c].max(0.0) {
+            k = far[c].max(0.0) / covered[c];
+        }
+    }
+    k
 }
 
 /// Irradiance at every point (phase `reconstruct`).

@@ -101,7 +101,7 @@ pub enum NearVisibility {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Overlap {
-    /// The near update is scaled by 1 / Σ form factors once the sum passes 1.
+    /// The near update is scaled down until it covers no more than the hemisphere and takes no more than the far field holds.
     #[default]
     Scale,
     /// The plain sum (the course).
