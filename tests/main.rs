@@ -5,6 +5,7 @@ mod architecture;
 mod broken;
 mod cli;
 mod conformance;
+mod convergence;
 mod decompose;
 mod path;
 mod photon;
