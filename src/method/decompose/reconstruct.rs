@@ -6,8 +6,10 @@
 
 use rayon::prelude::*;
 
+use super::far::Proxy;
 use super::interpolate::FarField;
 use super::near::{NearQuery, NearTree};
+use super::near_rays::near_by_rays;
 use super::{DecomposeSettings, NearIntegral, NearVisibility, Overlap};
 use crate::error::Result;
 use crate::radiometry::Rgb;
@@ -77,6 +79,7 @@ fn overlap_scale(far: Rgb, covered: Rgb, form_factor: f32) -> f32 {
 /// [`crate::error::Error::Interrupted`].
 pub fn reconstruct(
     world: &World,
+    proxy: Proxy<'_>,
     points: &ShadingPoints,
     field: &FarField<'_>,
     tree: &NearTree,
@@ -101,6 +104,12 @@ pub fn reconstruct(
                     .map(|i| {
                         let (p, n) = (points.p[i], points.ns[i]);
                         let Some((sh, cluster)) = field.at(p, n) else { return PointIrradiance::default() };
+                        if settings.near_visibility == NearVisibility::Rays {
+                            rays += u64::from(settings.near_rays);
+                            let far = sh.irradiance(n);
+                            let (near, near_cells) = near_by_rays(world, proxy, &sh, p, points.ng[i], n, settings, alpha, seed, i as u64);
+                            return PointIrradiance { total: (far + near).max(Rgb::ZERO), far, cluster, near_cells };
+                        }
                         let mut rng = Rng::new(seed, Stream::Near, i as u64, 0);
                         let (found, shot) = point(world, tree, &sh, p, n, settings, alpha, &mut rng);
                         rays += shot;

@@ -114,7 +114,7 @@ pub fn render(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> 
         NearTree::new(prepared.proxy())
     };
     let field = FarField::new(&prepared.clusters, &prepared.sh, prepared.lengths.blend_radius, settings.blend_normal_power);
-    let found = reconstruct(world, &samples.points, &field, &tree, settings, inputs.seed, run)?;
+    let found = reconstruct(world, prepared.proxy(), &samples.points, &field, &tree, settings, inputs.seed, run)?;
 
     let irradiance: Vec<Rgb> = found.iter().map(|f| f.total).collect();
     let far: Vec<Rgb> = found.iter().map(|f| f.far).collect();
