@@ -19,7 +19,18 @@ use glam::Vec3;
 
 /// What near surfaces add to the far field's irradiance at `p` with unit geometric and shading normals `ng`, `ns` (may be negative), and
 /// the number of rays that hit something near.
-pub fn near_by_rays(world: &World, proxy: Proxy<'_>, sh: &ShRgb, p: Vec3, ng: Vec3, ns: Vec3, settings: &DecomposeSettings, alpha: f32, seed: u64, element: u64) -> (Rgb, u32) {
+pub fn near_by_rays(
+    world: &World,
+    proxy: Proxy<'_>,
+    sh: &ShRgb,
+    p: Vec3,
+    ng: Vec3,
+    ns: Vec3,
+    settings: &DecomposeSettings,
+    alpha: f32,
+    seed: u64,
+    element: u64,
+) -> (Rgb, u32) {
     let sobol = Sobol::new(seed, Stream::Near, element);
     let frame = Frame::from_normal(ns);
     let (mut sum, mut hits) = (Rgb::ZERO, 0);
