@@ -132,10 +132,12 @@ fn judge(g: &Geometry, ray: &Ray, hit: Option<Hit>) -> Result<(), String> {
         }
     }
     for i in 0..g.len() as u32 {
-        if let Some((t, inside)) = meet(g, ray, i) {
-            if inside > SLACK && t > f64::from(ray.t_min) + slack_t && t < t_end - slack_t {
-                return Err(format!("missed triangle {i} at {t}: {hit:?} of {ray:?}"));
-            }
+        if let Some((t, inside)) = meet(g, ray, i)
+            && inside > SLACK
+            && t > f64::from(ray.t_min) + slack_t
+            && t < t_end - slack_t
+        {
+            return Err(format!("missed triangle {i} at {t}: {hit:?} of {ray:?}"));
         }
     }
     Ok(())
@@ -382,7 +384,7 @@ fn a_million_random_rays() {
 
 /// Opaque where column + row, counted from the lower left, is even; bilinear lookup has its ½ exactly on the texels' borders.
 fn checker(n: u32) -> Texture {
-    let mask = (0..n * n).map(|i| if (i % n + (n - 1 - i / n)) % 2 == 0 { 255 } else { 0 }).collect();
+    let mask = (0..n * n).map(|i| if (i % n + (n - 1 - i / n)).is_multiple_of(2) { 255 } else { 0 }).collect();
     Texture { name: "checker".into(), width: n, height: n, srgb: Vec::new(), mask }
 }
 

@@ -301,8 +301,9 @@ fn light(entry: &LightEntry) -> (Light, Option<&'static str>) {
     match *entry {
         LightEntry::Quad { corner, edge1, edge2, radiance } => {
             let (radiance, problem) = color(radiance, RADIANCE);
-            let flat = !(edge1.cross(edge2).length() > 0.0) || !corner.is_finite() || !edge1.cross(edge2).is_finite();
-            let problem = if flat { Some("the quad light has no area; edge1 and edge2 must be finite and span a parallelogram") } else { problem };
+            let span = edge1.cross(edge2);
+            let ok = span.length() > 0.0 && span.is_finite() && corner.is_finite();
+            let problem = if ok { problem } else { Some("the quad light has no area; edge1 and edge2 must be finite and span a parallelogram") };
             (Light::Quad { corner, edge1, edge2, radiance }, problem)
         }
         LightEntry::Sphere { center, radius, radiance } => {

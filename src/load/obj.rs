@@ -73,7 +73,7 @@ pub fn read_obj(path: &Path, warnings: &mut Vec<String>) -> Result<Obj> {
     // The first line makes every material known from the start, whichever library defines it.
     let mut input = b"mtllib *\n".as_slice();
     let mut input = std::io::BufReader::new(std::io::Read::chain(&mut input, text.as_bytes()));
-    let options = tobj::LoadOptions { single_index: true, triangulate: false, ignore_points: true, ignore_lines: true, ..Default::default() };
+    let options = tobj::LoadOptions { single_index: true, triangulate: false, ignore_points: true, ignore_lines: true };
     let (models, _) = tobj::load_obj_buf(&mut input, &options, |library| {
         let known = if library == Path::new("*") { all.clone() } else { Vec::new() };
         let map = known.iter().enumerate().map(|(i, m)| (m.name.clone(), i)).collect();

@@ -1,4 +1,4 @@
-//! The scene file: TOML keys, overrides, errors with lines. Data only; [`super::assemble`] makes a scene of it.
+//! The scene file: TOML keys, overrides, errors with lines. Data only; `assemble` makes a scene of it.
 //!
 //! ```toml
 //! name = "room"
@@ -223,7 +223,7 @@ fn set<'a>(at: &mut Spanned<DeValue<'a>>, parts: &[&str], value: DeValue<'a>) ->
             let count = list.len();
             let index = first.parse::<usize>().ok().filter(|&i| i < count);
             let index = index.ok_or_else(|| format!("\"{first}\" is no index of an array of {count}; indices run from 0"))?;
-            list.iter_mut().nth(index).map_or(Ok(()), |entry| set(entry, rest, value))
+            list.get_mut(index).map_or(Ok(()), |entry| set(entry, rest, value))
         }
         _ => Err(format!("\"{first}\" stands below a plain value; give the value itself")),
     }

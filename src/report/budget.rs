@@ -1,6 +1,6 @@
 //! Where the error of a decomposition picture sits: one part at a time is swapped for an exact one.
 //!
-//! Every row is the final image on a lattice of pixels, against the same two-half ground truth (see [`super::metrics`]):
+//! Every row is the final image on a lattice of pixels, against the same two-half ground truth (see [`super::Halves`]):
 //!
 //! | Row | Indirect irradiance at a shading point |
 //! |---|---|

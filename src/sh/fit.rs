@@ -59,8 +59,8 @@ impl Fit {
                     let band = (i as f64).sqrt().floor();
                     sum += lambda * self.weight * (band * (band + 1.0)).powi(2) / (4.0 * std::f64::consts::PI) + 1e-12 * self.weight;
                 }
-                for k in 0..j {
-                    sum -= l[i][k] * l[j][k];
+                for (a, b) in l[i].iter().zip(&l[j]).take(j) {
+                    sum -= a * b;
                 }
                 l[i][j] = if i == j { sum.max(1e-14 * self.weight).sqrt() } else { sum / l[j][j] };
             }

@@ -16,7 +16,7 @@ use crate::tessellate::Geometry;
 
 /// Generated from `ffi/embree_shim.h`.
 #[allow(non_upper_case_globals, non_camel_case_types, missing_docs, missing_debug_implementations, reason = "generated from ffi/embree_shim.h")]
-#[allow(clippy::all, clippy::undocumented_unsafe_blocks, reason = "generated from ffi/embree_shim.h")]
+#[allow(clippy::all, clippy::undocumented_unsafe_blocks, clippy::allow_attributes_without_reason, reason = "generated from ffi/embree_shim.h")]
 mod shim {
     include!(concat!(env!("OUT_DIR"), "/embree_shim.rs"));
 }

@@ -11,7 +11,7 @@
 //!
 //! A masked cell counts by the fraction of it that exists.
 //!
-//! Input   [`Cells`], their radiosity. Output  [`NearSum`] at (x, N). Source  `[Course07]` "nearby geometry", `[Lambert60]`, `[Arvo95]`.
+//! Input   [`crate::tessellate::Cells`], their radiosity. Output  [`NearSum`] at (x, N). Source  `[Course07]` "nearby geometry", `[Lambert60]`, `[Arvo95]`.
 //! Guarantees  the sum runs in tree order, whatever the thread. Cost  72 B a cell; tens of ns a near cell.
 
 use glam::Vec3;
@@ -199,10 +199,9 @@ impl NearTree {
             }
         }
         // Wind every triangle clockwise as seen from x, so that the moments come out positive.
-        for k in 0..3 {
-            let (a, b) = (v[1][k], v[2][k]);
-            v[1][k] = back.bitselect(a, b);
-            v[2][k] = back.bitselect(b, a);
+        let [_, second, third] = &mut v;
+        for (a, b) in second.iter_mut().zip(third) {
+            (*a, *b) = (back.bitselect(*a, *b), back.bitselect(*b, *a));
         }
         let weight = active & m;
         let found = moments8(&v, n);
@@ -210,8 +209,8 @@ impl NearTree {
             *sum = weight.mul_add(moment, *sum);
         }
         let weighted_g = weight * found[0];
-        for k in 0..3 {
-            sent[k] = weighted_g.mul_add(back.bitselect(block.back[k], block.front[k]), sent[k]);
+        for (sum, (from_back, from_front)) in sent.iter_mut().zip(block.back.iter().zip(&block.front)) {
+            *sum = weighted_g.mul_add(back.bitselect(*from_back, *from_front), *sum);
         }
         out.cells += active.to_bitmask().count_ones();
         if let Some((field, samples)) = query.monte_carlo {

@@ -1,14 +1,14 @@
 //! Unidirectional path tracing: the ground truth.
 //!
 //! Computes   L(x, ωo) = Le + ∫ (albedo/π) L(x', −ωi) cos θi dωi, averaged over every pixel's square.
-//! Source     [Veach97] §9.2 (power heuristic), [Burley20] (Owen-scrambled Sobol).
+//! Source     `[Veach97]` §9.2 (power heuristic), `[Burley20]` (Owen-scrambled Sobol).
 //! Input      [`World`]. Output  [`Rendered`] with layers: beauty, emission (lights and background seen directly), direct, indirect,
 //!            albedo, N, P, depth, variance (of the mean), samples, and two independent halves.
 //! Method     Every bounce: one shadow ray to a light (not the sky) and one cosine-distributed ray, combined by the power heuristic;
 //!            the sky is found by cosine-distributed rays alone. Russian roulette from the third bounce on, by throughput.
 //!            Sample i of a pixel belongs to half i mod 2, and each half has its own Sobol key: the halves are independent.
 //! Guarantees unbiased; the same bits for any thread count and any division into passes or resumed runs, because every pixel adds its
-//!            samples one after another and every running sum is kept to what two f32 hold ([`pixels`]).
+//!            samples one after another and every running sum is kept to what two f32 hold (`pixels`).
 //! Not        the same bits for two ray backends. `variance` is the sample variance over n: an upper bound, since Sobol points do better.
 //! Cost       O(pixels · spp · path length) rays; 240 B per pixel.
 //! Knobs      [`PathSettings`].

@@ -35,7 +35,8 @@ impl Default for SlatsParameters {
 /// # Errors
 /// When a parameter is out of range.
 pub fn slats(p: &SlatsParameters) -> Result<Generated, String> {
-    if !(1..=8).contains(&p.boxes) || !(2..=200).contains(&p.slats) || !(p.thickness > 0.0 && p.thickness < 1.0) {
+    let thin = p.thickness > 0.0 && p.thickness < 1.0;
+    if !(1..=8).contains(&p.boxes) || !(2..=200).contains(&p.slats) || !thin {
         return Err("boxes must lie from 1 to 8, slats from 2 to 200, thickness between 0 and 1".into());
     }
     let colors: [(&str, [f32; 3]); 4] = [("white", [0.75; 3]), ("warm", [0.75, 0.45, 0.2]), ("cool", [0.2, 0.4, 0.7]), ("pale", [0.7, 0.68, 0.5])];
