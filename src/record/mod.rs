@@ -4,7 +4,7 @@
 //! pixel = mean over camera samples of [ seen emission + albedo · (direct irradiance + E(point of the sample)) / π ]
 //! ```
 //! Camera samples (box filter, `spp` a pixel) carry visibility, albedo and direct light. Indirect irradiance E is evaluated at **shading
-//! points**: the samples of one pixel that lie on one surface (like normal, like plane) share a point at their mean position, weighted by
+//! points**: the samples of one pixel that lie on one surface (like normal, like plane) share a point at their mean position (on a curved surface at the first one's), weighted by
 //! their summed albedo. A pixel across an edge gets a point for each side, so edges stay antialiased at about 1.1 points a pixel.
 //!
 //! Input   [`World`], [`RecordSettings`], seed. Output  [`CameraSamples`]; the source's "pass 1" `[Course07]`.
@@ -108,6 +108,8 @@ pub struct CameraSamples {
 
 struct Group {
     first: Surface,
+    /// Largest distance of a sample from the first one's plane.
+    bend: f32,
     p: Vec3,
     ns: Vec3,
     albedo: Rgb,
@@ -241,12 +243,13 @@ fn pixel(world: &World, settings: &RecordSettings, direct_settings: &DirectSetti
         });
         match shared {
             Some(g) => {
+                g.bend = g.bend.max(g.first.ng.dot(surface.p - g.first.p).abs());
                 g.p += surface.p;
                 g.ns += surface.ns;
                 g.albedo += surface.albedo;
                 g.count += 1.0;
             }
-            None => groups.push(Group { first: surface, p: surface.p, ns: surface.ns, albedo: surface.albedo, count: 1.0 }),
+            None => groups.push(Group { first: surface, bend: 0.0, p: surface.p, ns: surface.ns, albedo: surface.albedo, count: 1.0 }),
         }
     }
     row.emission.push(emission / spp);
@@ -256,7 +259,9 @@ fn pixel(world: &World, settings: &RecordSettings, direct_settings: &DirectSetti
     row.position.push(if hits > 0.0 { position / hits } else { Vec3::ZERO });
     row.depth.push(if hits > 0.0 { depth / hits } else { f32::INFINITY });
     for g in groups {
-        let p = g.p / g.count;
+        // On a curved surface the mean would lie inside the body, and rays from there would meet its inner side.
+        let flat = g.bend <= offset_origin(g.first.p, g.first.ng, world.diagonal).distance(g.first.p);
+        let p = if flat { g.p / g.count } else { g.first.p };
         row.points.p.push(offset_origin(p, g.first.ng, world.diagonal));
         row.points.ng.push(g.first.ng);
         row.points.ns.push(g.ns.normalize_or(g.first.ns));
