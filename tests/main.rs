@@ -6,6 +6,7 @@ mod broken;
 mod cli;
 mod conformance;
 mod decompose;
+mod gather;
 mod path;
 mod photon;
 mod references;
