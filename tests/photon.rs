@@ -13,20 +13,20 @@ use nearfar::shading::World;
 use nearfar::tessellate::{Cells, Geometry, Side};
 
 /// Parallelograms (corner, edge1, edge2), front along edge1 × edge2, all of material `material`.
-fn quads(list: &[(Vec3, Vec3, Vec3)], material: u32, sides: Sides) -> Mesh {
+pub(crate) fn quads(list: &[(Vec3, Vec3, Vec3)], material: u32, sides: Sides) -> Mesh {
     let positions = list.iter().flat_map(|&(c, a, b)| [c, c + a, c + a + b, c + b]).collect();
     let triangles: Vec<[u32; 3]> = (0..list.len() as u32).flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]).collect();
     Mesh { positions, materials: vec![material; triangles.len()], triangles, sides, ..Mesh::default() }
 }
 
 /// The six walls of a box with corners `low` and `high`, fronts inwards.
-fn room(low: Vec3, high: Vec3) -> Vec<(Vec3, Vec3, Vec3)> {
+pub(crate) fn room(low: Vec3, high: Vec3) -> Vec<(Vec3, Vec3, Vec3)> {
     let d = high - low;
     let (x, y, z) = (Vec3::X * d.x, Vec3::Y * d.y, Vec3::Z * d.z);
     vec![(low, x, y), (low, y, z), (low, z, x), (high, -y, -x), (high, -z, -y), (high, -x, -z)]
 }
 
-fn gray(albedo: f32) -> Material {
+pub(crate) fn gray(albedo: f32) -> Material {
     Material { albedo: Rgb::splat(albedo), ..Material::default() }
 }
 
@@ -34,7 +34,7 @@ fn world(meshes: Vec<Mesh>, materials: Vec<Material>, lights: Vec<Light>) -> Wor
     World::new(&Scene { meshes, materials, lights, ..Scene::default() }, Backend::Bvh, &Run::new(2).unwrap()).unwrap()
 }
 
-fn solved(world: &World, near_cell: f32, settings: &PhotonSettings, threads: usize) -> (Cells, CellRadiosity, ProxyStats) {
+pub(crate) fn solved(world: &World, near_cell: f32, settings: &PhotonSettings, threads: usize) -> (Cells, CellRadiosity, ProxyStats) {
     let run = Run::new(threads).unwrap();
     let cells = Cells::new(&world.geometry, near_cell).unwrap();
     let (radiosity, stats) = solve(world, &cells, settings, 7, &run).unwrap();
@@ -42,7 +42,7 @@ fn solved(world: &World, near_cell: f32, settings: &PhotonSettings, threads: usi
 }
 
 /// Area-weighted mean over the cells of the indirect irradiance on `side`.
-fn mean_indirect(cells: &Cells, r: &CellRadiosity, side: Side) -> Rgb {
+pub(crate) fn mean_indirect(cells: &Cells, r: &CellRadiosity, side: Side) -> Rgb {
     let (mut sum, mut area) = (Rgb::ZERO, 0.0);
     for c in 0..cells.len() as u32 {
         sum += r.indirect(c, side) * cells.area(c);
@@ -52,7 +52,7 @@ fn mean_indirect(cells: &Cells, r: &CellRadiosity, side: Side) -> Rgb {
 }
 
 fn few(count: u32) -> PhotonSettings {
-    PhotonSettings { count, direct_samples: 4, ..PhotonSettings::default() }
+    PhotonSettings { count, direct_samples: 4, estimate: Estimate::Cells, ..PhotonSettings::default() }
 }
 
 const BOTH: [Estimate; 2] = [Estimate::Cells, Estimate::Density];
@@ -152,7 +152,7 @@ fn furnace() {
 }
 
 /// A sphere of `n` × 2n quads seen from inside.
-fn hollow_sphere(n: u32, radius: f32) -> Mesh {
+pub(crate) fn hollow_sphere(n: u32, radius: f32) -> Mesh {
     let point = |i: u32, j: u32| {
         let (t, p) = (PI * i as f32 / n as f32, PI * j as f32 / n as f32);
         Vec3::new(t.sin() * p.cos(), t.sin() * p.sin(), t.cos()) * radius

@@ -13,7 +13,7 @@
 //!
 //! Inputs  [`World`], [`Cells`]. Output  [`Links`]; irradiance per gathered side.
 //! Guarantee  bit-identical for any thread count: rounds are lists in fixed order, a sweep reads only the one before.
-//!            Not: the bias of noise is zero only for sides whose light does not return to them; it falls with `gather_rays`.
+//! Not        unbiased: the bias of noise is zero only for sides whose light does not return to them; it falls with `gather_rays`.
 //! Cost  `gather_rays` rays and 4 B each per reached side; half of them from round 2 on.
 
 use glam::Vec3;

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! `E_direct` (sun, lamps, emitters; not the sky) is computed by shadow rays at stratified points of the cell; `E_indirect` (everything
-//! else, the sky's own light included) comes from photons. So photons of the sky are stored from their first hit on, those of other
-//! lights from their second. Emission counts zero `[Jensen96]`.
+//! else, the sky's own light included) comes from rays between the cells, started from photons, or from photons alone. So photons of
+//! the sky are stored from their first hit on, those of other lights from their second. Emission counts zero `[Jensen96]`.
 //!
 //! | File | Job |
 //! |---|---|
@@ -17,10 +17,13 @@
 //! | `surface_index` | cells around a point that face the same way, their counts, flux and area |
 //! | `patches` | cell sides summed into patches of doubling size |
 //! | `map` | [`PhotonMap`]: density estimation |
-//! | `radiosity` | [`solve`]: both estimates, direct light, albedo |
+//! | `gather` | rays between the cells that the picture can see, solved as a linear system |
+//! | `radiosity` | [`solve`]: the estimates, direct light, albedo |
 //!
-//! Guarantees: bit-identical for any thread count; unbiased in energy: flux is always divided by the area that exists where it was
-//! counted. Not guaranteed: sharp indirect shadows (blurred over the region of about k photons).
+//! Guarantees: bit-identical for any thread count. Photon estimates divide flux by the area it was counted on, so no energy is lost as a
+//! whole. Not guaranteed: that the part which is seen gets its share. Area buried in other surfaces takes part in the mean of `cells` and
+//! `density` and darkens the rest, and both blur over about k photons; `gather` starts its rays where others arrived and has neither
+//! fault, but in every estimate a cell has one value a side, its direct light a mean over all of the cell.
 
 mod gather;
 mod kdtree;

@@ -4,6 +4,7 @@
 //! * indirect, `estimate = "cells"`: photons on the side over its existing area; with fewer than `neighbours` photons the region is
 //!   the smallest of doubling radii around the patch of the cell (patches of agreeing cell sides, weight 1 − d²/r² on flux and area alike) that has
 //!   enough, at most `max_radius`. Flux is only ever divided by the area of the same cells, so no energy is lost where surface ends or is finely broken.
+//! * indirect, `estimate = "gather"`: as `cells` first; then, on every side the picture can see, see [`super::gather`].
 //! * indirect, `estimate = "density"`: [`PhotonMap::irradiance`] at the centroid.
 //!
 //! Back sides of `one_sided` cells and black cells are skipped: zero. Values are per existing area: a masked cell's mean over its

@@ -9,9 +9,9 @@ use crate::error::{Error, Result};
 #[serde(rename_all = "lowercase")]
 pub enum Estimate {
     /// Photons counted per cell and side over the cell's exact area; cells with too few are merged with their neighbours.
-    #[default]
     Cells,
     /// Cosine rays from every cell side that the picture can see to the others, solved as a linear system; the rest as `cells`.
+    #[default]
     Gather,
     /// k nearest photons around the centroid over the area of surface that lies inside their sphere.
     Density,
@@ -21,11 +21,12 @@ pub enum Estimate {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PhotonSettings {
-    /// Paths emitted, 1 to 2³¹. Default 1 000 000. A path leaves about albedo/(1 − albedo) photons of 40 B.
+    /// Paths emitted, 1 to 2³¹. Default 200 000: with `gather` they are a first guess; give `cells` and
+    /// `density` 1 000 000. A path leaves about albedo/(1 − albedo) photons of 40 B.
     pub count: u32,
     /// Photons that an estimate should rest on, 2 to 10 000; relative noise about 1/√neighbours. Default 32.
     pub neighbours: u32,
-    /// How photons become irradiance. Default `cells`.
+    /// How photons become irradiance. Default `gather`.
     pub estimate: Estimate,
     /// Largest radius photons are sought in, as a fraction of the scene's diagonal, in (0, 1]. Default 0.05. Where fewer photons lie
     /// within it the estimate is noisier, not darker.
@@ -34,9 +35,9 @@ pub struct PhotonSettings {
     pub normal_agreement: f32,
     /// `density` only: divide by the surface area inside the sphere instead of by that of a disc. Default true.
     pub boundary_correction: bool,
-    /// Shadow rays per cell side, 1 to 4096. Default 4.
+    /// Shadow rays per cell side, 1 to 4096. Default 8. `gather` shoots one to sides that nothing reached.
     pub direct_samples: u32,
-    /// `gather` only: rays per cell side, 1 to 4096, half as many for sides the picture sees only by way of others. Default 32.
+    /// `gather` only: rays per cell side, 1 to 4096, half as many for sides the picture sees only by way of others. Default 16.
     pub gather_rays: u32,
     /// `gather` only: rounds in which sides hit by the rays of others join in, 1 to 16. Default 3.
     pub gather_rounds: u32,
@@ -47,14 +48,14 @@ pub struct PhotonSettings {
 impl Default for PhotonSettings {
     fn default() -> Self {
         Self {
-            count: 1_000_000,
+            count: 200_000,
             neighbours: 32,
-            estimate: Estimate::Cells,
+            estimate: Estimate::Gather,
             max_radius: 0.05,
             normal_agreement: 0.7,
             boundary_correction: true,
-            direct_samples: 4,
-            gather_rays: 32,
+            direct_samples: 8,
+            gather_rays: 16,
             gather_rounds: 3,
             gather_sweeps: 16,
         }
