@@ -6,6 +6,7 @@ mod broken;
 mod cli;
 mod conformance;
 mod decompose;
+mod info;
 mod path;
 mod photon;
 mod references;
