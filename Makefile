@@ -2,10 +2,11 @@
 #   make render   a fresh machine to a picture: scenes/cornell-box by the three-pass method, compared with its ground truth
 #   make test     the whole test suite, on Embree and without it
 #   make bench    ray backends and methods, measured
+#   make reference, make readme   the Cornell box's ground truth, and the README's pictures and numbers, made again
 #   make lint     formatting, clippy and documentation, without warnings
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
-.PHONY: render test test-embree test-bvh bench lint setup
+.PHONY: render test test-embree test-bvh bench lint setup reference readme
 .DEFAULT_GOAL := render
 
 CARGO ?= cargo
@@ -32,6 +33,14 @@ test-embree: setup
 # The same suite without Embree. A folder of its own, so that the two builds do not undo each other.
 test-bvh: setup
 	$(CARGO) test --release --no-default-features --target-dir target/bvh
+
+reference: setup
+	@$(CARGO) build --release
+	target/release/nearfar reference $(SCENE) --spp 2048 --no-state --half --aov half0,half1 -o $(REFERENCE)
+
+readme: setup
+	@$(CARGO) build --release
+	@.ci/readme
 
 bench: setup
 	@$(CARGO) build --release

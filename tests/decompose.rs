@@ -71,7 +71,7 @@ fn alpha_zero_is_a_plain_gather() {
     let sh = sample(&w, proxy, points, &clusters, &settings, 7, &run).unwrap();
     let field = FarField::new(&clusters, &sh, 0.3, 4.0);
     let tree = NearTree::new(proxy);
-    let found = reconstruct(&w, points, &field, &tree, &settings, 7, &run).unwrap();
+    let found = reconstruct(&w, proxy, points, &field, &tree, &settings, 7, &run).unwrap();
 
     let apart: Vec<[f64; 9]> = (0..clusters.len())
         .map(|c| {

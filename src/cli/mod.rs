@@ -11,6 +11,7 @@ mod info;
 mod options;
 mod progress;
 mod render;
+mod show;
 mod statistics;
 
 use std::process::ExitCode;
@@ -37,6 +38,8 @@ enum Command {
     Reference(render::ReferenceArgs),
     /// Compare an image with a reference: relMSE, bias, MSE, MAE, FLIP.
     Compare(compare::CompareArgs),
+    /// Turn layers of images into a PNG, side by side.
+    Show(show::ShowArgs),
     /// Measure ray backends and methods.
     Bench(bench::BenchArgs),
     /// Tell what a scene holds and what is odd about it.
@@ -67,6 +70,7 @@ pub fn run() -> ExitCode {
         Command::Render(args) => render::render(&args, &cancel),
         Command::Reference(args) => render::reference(&args, &cancel),
         Command::Compare(args) => compare::compare(&args),
+        Command::Show(args) => show::show(&args),
         Command::Bench(args) => bench::bench(&args, &cancel),
         Command::Info(args) => info::info(&args, &cancel),
     };

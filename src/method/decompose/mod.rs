@@ -11,7 +11,7 @@
 //! |---|---|---|
 //! | 1 | [`crate::record`] | camera → `CameraSamples`, `ShadingPoints` |
 //! | 2 | [`cluster`] | points → [`cluster::Clusters`]; [`far`]: clusters → SH of each |
-//! | 3 | [`interpolate`], [`near`], [`reconstruct`] | SH, cells → irradiance at every point |
+//! | 3 | [`interpolate`], [`near`] or [`near_rays`], [`reconstruct`] | SH, cells → irradiance at every point |
 //!
 //! Guarantees  bit-identical for any thread count; alpha = 0 is a plain SH gather; alpha = ∞ with `near_hits = "ignore"` is the sum over
 //!             all cells. Not: visibility among near cells (`near_visibility = "traced"` tests it at a price), leak tests between clusters.
@@ -21,6 +21,7 @@ pub mod cluster;
 pub mod far;
 pub mod interpolate;
 pub mod near;
+pub mod near_rays;
 pub mod reconstruct;
 mod render;
 mod settings;

@@ -1,12 +1,15 @@
 //! Pass 3: irradiance at every shading point: far by interpolation, near by the analytic sum.
 //!
-//! E = max(0, E_far + k · (Σ m B G/π − Σ m S)), k = min(1, 1/Σ form factors) with `overlap = "scale"`, else 1. Only the sum is clamped: single
+//! E = max(0, E_far + k · (Σ m B G/π − Σ m S)). With `overlap = "scale"` k = min(1, 1/Σ form factors, E_far/Σ m S in the channel where that is
+//! least), so that cells hiding one another can take away no more than there is, in any colour; else k = 1. Only the sum is clamped: single
 //! terms may be negative and must stay so, or a closed surround would no longer cancel the far field exactly.
 
 use rayon::prelude::*;
 
+use super::far::Proxy;
 use super::interpolate::FarField;
 use super::near::{NearQuery, NearTree};
+use super::near_rays::near_by_rays;
 use super::{DecomposeSettings, NearIntegral, NearVisibility, Overlap};
 use crate::error::Result;
 use crate::radiometry::Rgb;
@@ -54,9 +57,20 @@ pub fn point(
         NearIntegral::Exact => Quadratic::new(sh, n).integral(&near.moments),
         NearIntegral::MonteCarlo => near.covered,
     };
-    let scale = if settings.overlap == Overlap::Scale { 1.0 / near.form_factor.max(1.0) } else { 1.0 };
+    let scale = if settings.overlap == Overlap::Scale { overlap_scale(far, covered, near.form_factor) } else { 1.0 };
     let total = (far + (near.sent - covered) * scale).max(Rgb::ZERO);
     (PointIrradiance { total, far, cluster: 0, near_cells: near.cells }, u64::from(near.rays))
+}
+
+/// The largest k ≤ 1 for which the near cells cover neither more than the hemisphere nor, in any channel, more than the far field holds.
+fn overlap_scale(far: Rgb, covered: Rgb, form_factor: f32) -> f32 {
+    let mut k = 1.0 / form_factor.max(1.0);
+    for c in 0..3 {
+        if covered[c] * k > far[c].max(0.0) {
+            k = far[c].max(0.0) / covered[c];
+        }
+    }
+    k
 }
 
 /// Irradiance at every point (phase `reconstruct`).
@@ -65,6 +79,7 @@ pub fn point(
 /// [`crate::error::Error::Interrupted`].
 pub fn reconstruct(
     world: &World,
+    proxy: Proxy<'_>,
     points: &ShadingPoints,
     field: &FarField<'_>,
     tree: &NearTree,
@@ -89,6 +104,12 @@ pub fn reconstruct(
                     .map(|i| {
                         let (p, n) = (points.p[i], points.ns[i]);
                         let Some((sh, cluster)) = field.at(p, n) else { return PointIrradiance::default() };
+                        if settings.near_visibility == NearVisibility::Rays {
+                            rays += u64::from(settings.near_rays);
+                            let far = sh.irradiance(n);
+                            let (near, near_cells) = near_by_rays(world, proxy, &sh, p, points.ng[i], n, settings, alpha, seed, i as u64);
+                            return PointIrradiance { total: (far + near).max(Rgb::ZERO), far, cluster, near_cells };
+                        }
                         let mut rng = Rng::new(seed, Stream::Near, i as u64, 0);
                         let (found, shot) = point(world, tree, &sh, p, n, settings, alpha, &mut rng);
                         rays += shot;

@@ -88,7 +88,20 @@ pub fn prepare(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Prepared>
     Ok(Prepared { lengths, cells, radiosity, proxy_stats, samples, clusters, sh })
 }
 
-/// The picture by the three passes, with layers `far`, `near` and `cluster.id` beside the common ones.
+/// 1 in the pixels whose point lies nearest to the centre of a cluster: the sample locations.
+fn centers(prepared: &Prepared) -> Vec<f32> {
+    let (clusters, samples) = (&prepared.clusters, &prepared.samples);
+    let mut marks = vec![0.0; (samples.width * samples.height) as usize];
+    for (c, center) in clusters.center.iter().enumerate() {
+        let distance = |i: u32| samples.points.p[i as usize].distance_squared(*center);
+        if let Some(&nearest) = clusters.members_of(c).iter().min_by(|&&a, &&b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b))) {
+            marks[samples.points.pixel[nearest as usize] as usize] = 1.0;
+        }
+    }
+    marks
+}
+
+/// The picture by the three passes, with layers `far`, `near`, `cluster.id` and `cluster.center` beside the common ones.
 ///
 /// # Errors
 /// As [`prepare`].
@@ -101,7 +114,7 @@ pub fn render(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> 
         NearTree::new(prepared.proxy())
     };
     let field = FarField::new(&prepared.clusters, &prepared.sh, prepared.lengths.blend_radius, settings.blend_normal_power);
-    let found = reconstruct(world, &samples.points, &field, &tree, settings, inputs.seed, run)?;
+    let found = reconstruct(world, prepared.proxy(), &samples.points, &field, &tree, settings, inputs.seed, run)?;
 
     let irradiance: Vec<Rgb> = found.iter().map(|f| f.total).collect();
     let far: Vec<Rgb> = found.iter().map(|f| f.far).collect();
@@ -114,6 +127,7 @@ pub fn render(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> 
         id[pixel as usize] = f.cluster as f32;
     }
     film.set("cluster.id", id);
+    film.set("cluster.center", centers(&prepared));
 
     let near_cells: u64 = found.iter().map(|f| u64::from(f.near_cells)).sum();
     let mut stats = serde_json::Map::new();

@@ -93,6 +93,8 @@ pub enum NearVisibility {
     Assumed,
     /// One ray to the cell's centroid.
     Traced,
+    /// No sum over cells: `near_rays` cosine-distributed rays of length alpha find what is near and seen, as a difference against the SH.
+    Rays,
     /// No near sum at all: the far field alone.
     Off,
 }
@@ -101,7 +103,7 @@ pub enum NearVisibility {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Overlap {
-    /// The near update is scaled by 1 / Σ form factors once the sum passes 1.
+    /// The near update is scaled down until it covers no more than the hemisphere and takes no more than the far field holds.
     #[default]
     Scale,
     /// The plain sum (the course).
@@ -140,6 +142,8 @@ pub struct DecomposeSettings {
     pub near_samples: u32,
     /// Visibility of near cells.
     pub near_visibility: NearVisibility,
+    /// Rays per shading point with `near_visibility = "rays"`.
+    pub near_rays: u32,
     /// Rule for overlapping near cells.
     pub overlap: Overlap,
 }
@@ -161,6 +165,7 @@ impl Default for DecomposeSettings {
             near_integral: NearIntegral::default(),
             near_samples: 4,
             near_visibility: NearVisibility::default(),
+            near_rays: 16,
             overlap: Overlap::default(),
         }
     }
@@ -189,9 +194,11 @@ impl DecomposeSettings {
         range("record_stride", (1..=64).contains(&self.record_stride), "must be in 1..=64")?;
         range("ridge", self.ridge.is_finite() && self.ridge >= 0.0, "must be finite and not negative")?;
         range("near_samples", (1..=4096).contains(&self.near_samples), "must be in 1..=4096")?;
+        range("near_rays", (1..=65_536).contains(&self.near_rays), "must be in 1..=65536")?;
         range("cluster_normal_cos", (-1.0..=1.0).contains(&self.cluster_normal_cos), "must be in -1..=1")?;
         range("blend_normal_power", self.blend_normal_power >= 0.0, "must not be negative")?;
-        let exact = self.near_integral == NearIntegral::Exact && self.near_visibility != NearVisibility::Off;
+        let sums_cells = matches!(self.near_visibility, NearVisibility::Assumed | NearVisibility::Traced);
+        let exact = self.near_integral == NearIntegral::Exact && sums_cells;
         range(
             "near_integral",
             !exact || self.sh_bands <= 3,

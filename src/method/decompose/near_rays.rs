@@ -1,0 +1,53 @@
+//! Pass 3b by short rays instead of by cells: what is near is whatever a ray of length alpha hits, so visibility needs no assumption.
+//!
+//! ```text
+//! E_near = π/M Σ_{rays that hit a cell T} m_T (B_T/π − L_SH(ω))          ω cosine-distributed about N
+//! ```
+//! The same difference as the sum over cells, as an estimate: rays that hit nothing add nothing and no noise; the far field's rule for near
+//! hits ([`super::membership`]) is shared. Stratified by Owen–Sobol points of the shading point.
+//!
+//! Guarantees  unbiased for the visible near cells, whatever hides what; any number of SH bands. Not: noise-free. Cost  M short rays a point.
+
+use super::far::Proxy;
+use super::{DecomposeSettings, membership};
+use crate::math::{Frame, Ray};
+use crate::radiometry::Rgb;
+use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere};
+use crate::sh::ShRgb;
+use crate::shading::World;
+use glam::Vec3;
+
+/// What near surfaces add to the far field's irradiance at `p` with unit geometric and shading normals `ng`, `ns` (may be negative), and
+/// the number of rays that hit something near.
+pub fn near_by_rays(
+    world: &World,
+    proxy: Proxy<'_>,
+    sh: &ShRgb,
+    p: Vec3,
+    ng: Vec3,
+    ns: Vec3,
+    settings: &DecomposeSettings,
+    alpha: f32,
+    seed: u64,
+    element: u64,
+) -> (Rgb, u32) {
+    let sobol = Sobol::new(seed, Stream::Near, element);
+    let frame = Frame::from_normal(ns);
+    let (mut sum, mut hits) = (Rgb::ZERO, 0);
+    for r in 0..settings.near_rays {
+        let wi = frame.world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 0)));
+        if wi.dot(ng) <= 0.0 {
+            continue;
+        }
+        // A cell counts by its centroid's distance, which may be closer than the hit by up to one cell.
+        let reach = alpha + proxy.cells.near_cell;
+        let Some(hit) = world.closest(&Ray { t_max: reach, ..Ray::new(p, wi) }) else { continue };
+        let cell = proxy.cells.find(hit.triangle, hit.u, hit.v);
+        let m = membership(proxy.cells.centroids[cell as usize].distance(p), alpha);
+        if m > 0.0 {
+            sum += (proxy.radiosity.get(cell, hit.side) * std::f32::consts::FRAC_1_PI - sh.radiance(wi)) * m;
+            hits += 1;
+        }
+    }
+    (sum * (std::f32::consts::PI / settings.near_rays as f32), hits)
+}

@@ -1,0 +1,131 @@
+//! Scenes a furnace is blind to: black occluders, hidden plates, a sheet lit on one side, a thin wall.
+
+use glam::Vec3;
+use nearfar::method::decompose::far::{Proxy, sample_cluster};
+use nearfar::method::decompose::near::NearTree;
+use nearfar::method::decompose::reconstruct::point;
+use nearfar::method::decompose::{DecomposeSettings, Inputs, Length, NearVisibility, render};
+use nearfar::photon::CellRadiosity;
+use nearfar::radiometry::Rgb;
+use nearfar::record::{RecordSettings, ShadingPoints};
+use nearfar::run::Run;
+use nearfar::sampling::{Rng, Stream};
+use nearfar::scene::{Camera, Light, Mesh, Scene};
+use nearfar::sh::form_integral;
+use nearfar::tessellate::Cells;
+
+use crate::support::{backends, cuboid, grey, quad, world};
+
+fn plate(mesh: &mut Mesh, half: f32, height: f32) -> [Vec3; 4] {
+    let c = [Vec3::new(-half, height, -half), Vec3::new(-half, height, half), Vec3::new(half, height, half), Vec3::new(half, height, -half)];
+    quad(mesh, c, 0);
+    c
+}
+
+/// Irradiance over π at the origin of a black floor under a white sky with black plates above; alpha holds all the plates.
+fn irradiance_under_plates(heights: &[f32], near_visibility: NearVisibility) -> (f32, Vec<f32>) {
+    let mut mesh = Mesh::default();
+    let factors = heights
+        .iter()
+        .map(|&h| {
+            let corners = plate(&mut mesh, 0.4, h);
+            (form_integral(&corners, Vec3::Y).abs() / std::f64::consts::PI) as f32
+        })
+        .collect();
+    let scene = Scene { meshes: vec![mesh], materials: vec![grey(0.0)], lights: vec![Light::Sky { radiance: Rgb::ONE }], ..Scene::default() };
+    let w = world(&scene, backends()[0]);
+    let cells = Cells::new(&w.geometry, 0.1).unwrap();
+    let black = CellRadiosity { front: vec![Rgb::ZERO; cells.len()], back: vec![Rgb::ZERO; cells.len()], ..CellRadiosity::default() };
+    let proxy = Proxy { cells: &cells, radiosity: &black };
+    // The far field is sampled from beside the plates, where the sky is all there is: constant, and exactly so through the ridge.
+    let mut points = ShadingPoints::default();
+    for p in [Vec3::new(50.0, 0.0, 0.0), Vec3::new(0.0, 0.0, -50.0)] {
+        points.p.push(p);
+        points.ng.push(Vec3::Y);
+        points.ns.push(Vec3::Y);
+    }
+    let settings = DecomposeSettings { near_visibility, ..DecomposeSettings::default() };
+    let alpha = 10.0;
+    let sh = sample_cluster(&w, proxy, &points, &[0, 1], &settings, alpha, 0, 0);
+    let tree = NearTree::new(proxy);
+    let (found, _) = point(&w, &tree, &sh, Vec3::ZERO, Vec3::Y, &settings, alpha, &mut Rng::new(0, Stream::Near, 0, 0));
+    (found.total.x / std::f32::consts::PI, factors)
+}
+
+#[test]
+fn a_black_plate_under_a_white_sky() {
+    let (e, f) = irradiance_under_plates(&[0.5], NearVisibility::Assumed);
+    // Rays from 50 units away still meet the plate once in a few thousand: 1e-3.
+    assert!((e - (1.0 - f[0])).abs() < 2e-3, "{e} {}", 1.0 - f[0]);
+}
+
+#[test]
+fn a_hidden_plate_is_subtracted_twice_unless_visibility_is_traced() {
+    let (assumed, f) = irradiance_under_plates(&[0.5, 0.7], NearVisibility::Assumed);
+    assert!((assumed - (1.0 - f[0] - f[1])).abs() < 3e-3, "the course's assumption: {assumed} {}", 1.0 - f[0] - f[1]);
+    let (traced, _) = irradiance_under_plates(&[0.5, 0.7], NearVisibility::Traced);
+    assert!((traced - (1.0 - f[0])).abs() < 3e-3, "traced: {traced} {}", 1.0 - f[0]);
+}
+
+fn picture(scene: &Scene, decompose: &DecomposeSettings) -> nearfar::film::Film {
+    let w = world(scene, *backends().last().unwrap());
+    let (photon, record, direct) = (Default::default(), RecordSettings { spp: 4, ..RecordSettings::default() }, Default::default());
+    render(&w, Inputs { decompose, photon: &photon, record: &record, direct: &direct, seed: 0 }, &Run::new(2).unwrap()).unwrap().film
+}
+
+fn mean(film: &nearfar::film::Film, layer: &str, keep: impl Fn(usize) -> bool) -> f32 {
+    let values: Vec<f32> = film.rgb(layer).unwrap().iter().enumerate().filter(|(i, _)| keep(*i)).map(|(_, c)| c.x).collect();
+    values.iter().sum::<f32>() / values.len() as f32
+}
+
+/// A sheet close above the floor, lit from above: the floor under it must not see the lit side.
+#[test]
+fn a_sheet_lit_on_one_side_does_not_shine_through() {
+    let scene = |two_sheets: bool| {
+        let mut mesh = Mesh::default();
+        plate(&mut mesh, 2.0, 0.0);
+        plate(&mut mesh, 1.0, 0.08);
+        if two_sheets {
+            plate(&mut mesh, 1.0, 0.081);
+        }
+        // Black sides close the gap under the sheet, so that no light gets in at all.
+        for (a, b) in [((-1.0, -1.0), (1.0, -1.0)), ((1.0, -1.0), (1.0, 1.0)), ((1.0, 1.0), (-1.0, 1.0)), ((-1.0, 1.0), (-1.0, -1.0))] {
+            let at = |(x, z): (f32, f32), y: f32| Vec3::new(x, y, z);
+            quad(&mut mesh, [at(a, -0.01), at(b, -0.01), at(b, 0.08), at(a, 0.08)], 1);
+        }
+        Scene {
+            camera: Camera { eye: Vec3::new(0.0, 0.04, 0.0), target: Vec3::new(0.3, 0.0, 0.0), up: Vec3::Y, vfov_deg: 40.0, width: 16, height: 16 },
+            meshes: vec![mesh],
+            materials: vec![grey(0.8), grey(0.0)],
+            lights: vec![Light::Sun { direction_to_sun: Vec3::Y, irradiance: Rgb::splat(100.0), angular_radius_deg: 0.0 }],
+            ..Scene::default()
+        }
+    };
+    let film = picture(&scene(false), &DecomposeSettings { alpha: Length::Units(0.3), ..DecomposeSettings::default() });
+    // The sheet's lit side has radiosity 80. Floor cells that straddle the black sides hold one radiosity for their lit and their dark part:
+    // a thousandth is allowed for them, and nothing for the sheet.
+    assert!(mean(&film, "", |_| true) < 0.08, "{}", mean(&film, "", |_| true));
+    let film = picture(&scene(true), &DecomposeSettings { alpha: Length::Units(0.3), ..DecomposeSettings::default() });
+    assert!(mean(&film, "", |_| true) < 25.0, "the assumed-visible sum does see a lit sheet behind a sheet; it must stay bounded");
+}
+
+/// A lit room and a dark one behind a wall of 1 cm, much thinner than alpha.
+#[test]
+fn a_thin_wall_keeps_the_dark_room_dark_when_visibility_is_traced() {
+    let mut mesh = Mesh::default();
+    cuboid(&mut mesh, Vec3::ZERO, Vec3::new(1.0, 1.0, 1.0), 0, true);
+    cuboid(&mut mesh, Vec3::new(1.01, 0.0, 0.0), Vec3::new(2.0, 1.0, 1.0), 0, true);
+    let scene = Scene {
+        camera: Camera { eye: Vec3::new(1.9, 0.5, 0.5), target: Vec3::new(1.0, 0.5, 0.5), up: Vec3::Y, vfov_deg: 70.0, width: 24, height: 24 },
+        meshes: vec![mesh],
+        materials: vec![grey(0.7)],
+        lights: vec![Light::Quad { corner: Vec3::new(0.3, 0.99, 0.3), edge1: Vec3::X * 0.3, edge2: Vec3::Z * 0.3, radiance: Rgb::splat(20.0) }],
+        ..Scene::default()
+    };
+    // The lit room shows a radiance of about 1.5; the photon regions of cells next to the wall share flux across it: a hundredth.
+    for near_visibility in [NearVisibility::Assumed, NearVisibility::Traced] {
+        let film = picture(&scene, &DecomposeSettings { alpha: Length::Units(0.15), near_visibility, ..DecomposeSettings::default() });
+        let dark = mean(&film, "", |_| true);
+        assert!(dark < 1.5e-2, "{near_visibility:?}: {dark}");
+    }
+}
