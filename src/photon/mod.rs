@@ -22,6 +22,7 @@
 //! Guarantees: bit-identical for any thread count; unbiased in energy: flux is always divided by the area that exists where it was
 //! counted. Not guaranteed: sharp indirect shadows (blurred over the region of about k photons).
 
+mod gather;
 mod kdtree;
 mod map;
 mod overlap;

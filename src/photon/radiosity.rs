@@ -13,6 +13,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::gather::Links;
 use super::patches::Patches;
 use super::surface_index::SurfaceIndex;
 use super::{Estimate, PhotonMap, PhotonSettings, trace};
@@ -88,6 +89,12 @@ pub struct ProxyStats {
     pub sides: usize,
     /// Cell sides whose estimate rests on fewer photons than asked for (`cells` only).
     pub starved: usize,
+    /// Cell sides whose irradiance was gathered (`gather` only).
+    pub gathered: usize,
+    /// Sweeps over them.
+    pub sweeps: u32,
+    /// Relative change of irradiance in the last sweep.
+    pub residual: f32,
 }
 
 /// Points of a cell that serve direct light, albedo and coverage.
@@ -126,7 +133,10 @@ impl Points<'_> {
 
 #[derive(Clone, Copy, Default)]
 struct Solved {
-    radiosity: [Rgb; 2],
+    /// ⟨ρ E_direct⟩.
+    direct: [Rgb; 2],
+    /// ⟨ρ⟩.
+    albedo: [Rgb; 2],
     indirect: [Rgb; 2],
     sides: u32,
     starved: u32,
@@ -145,6 +155,8 @@ struct Solver<'a> {
     estimate_of: Vec<u32>,
     /// Largest radius, scene units.
     cap: f32,
+    /// Sides that the picture can see; only for the gather.
+    links: Option<Links>,
 }
 
 impl Solver<'_> {
@@ -177,7 +189,8 @@ impl Solver<'_> {
             }
             let sign = if side == Side::Front { 1.0 } else { -1.0 };
             let (mut direct, mut albedo, mut count) = (Rgb::ZERO, Rgb::ZERO, 0);
-            for i in 0..self.settings.direct_samples {
+            let reached = self.links.as_ref().is_none_or(|l| l.reached[2 * cell as usize + side as usize]);
+            for i in 0..if reached { self.settings.direct_samples } else { 1 } {
                 let b = self.points.barycentrics(cell, &sobol, i);
                 if !self.points.exists(cell, b) {
                     continue;
@@ -195,7 +208,8 @@ impl Solver<'_> {
                 continue;
             }
             let (indirect, starved) = self.indirect(cell, side, scratch);
-            out.radiosity[side as usize] = (direct + albedo * indirect) / count as f32;
+            out.direct[side as usize] = direct / count as f32;
+            out.albedo[side as usize] = albedo / count as f32;
             out.indirect[side as usize] = indirect;
             out.sides += 1;
             out.starved += u32::from(starved);
@@ -211,6 +225,17 @@ impl Solver<'_> {
 pub fn solve(world: &World, cells: &Cells, settings: &PhotonSettings, seed: u64, run: &Run) -> Result<(CellRadiosity, ProxyStats)> {
     settings.validate()?;
     let traced = trace(world, cells, settings.count, seed, run)?;
+    let links = if settings.estimate == Estimate::Gather {
+        let phase = run.phase("gather", 2 * cells.len() as u64);
+        let live = |side: u32| {
+            let cell = side / 2;
+            let albedo = world.geometry.material(cells.triangle_of[cell as usize]).albedo;
+            albedo.max_element() > 0.0 && (side & 1 == 0 || !cells.one_sided[cell as usize])
+        };
+        Some(Links::new(world, cells, settings, &live, seed, run, &phase)?)
+    } else {
+        None
+    };
     let phase = run.phase("cells", cells.len() as u64);
     let mut stats = ProxyStats {
         paths: settings.count,
@@ -242,7 +267,7 @@ pub fn solve(world: &World, cells: &Cells, settings: &PhotonSettings, seed: u64,
                 estimate_of[side] = patch;
             }
         }
-        Solver { index, map: density.then(|| PhotonMap::new(traced.photons)), estimates, estimate_of, points, settings, cap }
+        Solver { index, map: density.then(|| PhotonMap::new(traced.photons)), estimates, estimate_of, points, settings, cap, links }
     });
     let solved: Vec<Vec<Solved>> = run.install(|| {
         (0..cells.len().div_ceil(BLOCK))
@@ -262,14 +287,26 @@ pub fn solve(world: &World, cells: &Cells, settings: &PhotonSettings, seed: u64,
             .collect()
     });
     run.check()?;
-    let mut radiosity = CellRadiosity { coverage, ..CellRadiosity::default() };
+    drop(phase);
+    let flat = |pick: &dyn Fn(&Solved) -> [Rgb; 2]| -> Vec<Rgb> { solved.iter().flatten().flat_map(pick).collect() };
+    let (direct, albedo, mut indirect) = (flat(&|s| s.direct), flat(&|s| s.albedo), flat(&|s| s.indirect));
     for s in solved.iter().flatten() {
-        radiosity.front.push(s.radiosity[0]);
-        radiosity.back.push(s.radiosity[1]);
-        radiosity.indirect_front.push(s.indirect[0]);
-        radiosity.indirect_back.push(s.indirect[1]);
         stats.sides += s.sides as usize;
         stats.starved += s.starved as usize;
     }
+    if let Some(links) = &solver.links {
+        let _phase = run.phase("gather", 1);
+        let swept = links.solve(&direct, &albedo, &mut indirect, world.lights.sky, settings.gather_sweeps, run)?;
+        (stats.gathered, stats.sweeps, stats.residual) = (links.len(), swept.sweeps, swept.residual);
+    }
+    let every = |side: usize, of: &dyn Fn(usize) -> Rgb| (side..2 * cells.len()).step_by(2).map(of).collect::<Vec<_>>();
+    let leaving = |i: usize| direct[i] + albedo[i] * indirect[i];
+    let radiosity = CellRadiosity {
+        front: every(0, &leaving),
+        back: every(1, &leaving),
+        indirect_front: every(0, &|i| indirect[i]),
+        indirect_back: every(1, &|i| indirect[i]),
+        coverage,
+    };
     Ok((radiosity, stats))
 }

@@ -24,6 +24,8 @@ pub enum Stream {
     Scene,
     /// Tests and benchmarks.
     Test,
+    /// Rays that link cells, keyed by cell side or pixel.
+    Link,
 }
 
 /// A well-mixed 64-bit hash (SplitMix64 finaliser).

@@ -1,0 +1,250 @@
+//! Indirect irradiance of cell sides by gathering over the cells themselves.
+//!
+//! ```text
+//! E_i = 1/n Σ_r B(h_ir),   B_j = ⟨ρ E_direct⟩_j + ⟨ρ⟩_j E_j            h_ir: side hit by cosine ray r of side i; the sky counts π·L
+//! ```
+//!
+//! Ray hits do not depend on light, so every ray is shot once, its hit remembered, and the linear system is swept to convergence
+//! afterwards at the price of one look-up per ray and sweep `[CohenWallace93]` §5.3 (Jacobi). Photons give the first guess.
+//!
+//! Only what the picture can see is solved. Round 0: rays from a lattice of pixels, and cosine rays from where they land. Every side they
+//! hit is gathered in round 1, the sides these rays hit in round 2, and so on; what no ray reached keeps its photon estimate.
+//! Rays start at the points where earlier rays hit the side, so area buried in other surfaces, which nothing sees, does not count.
+//!
+//! Inputs  [`World`], [`Cells`]. Output  [`Links`]; irradiance per gathered side.
+//! Guarantee  bit-identical for any thread count: rounds are lists in fixed order, a sweep reads only the one before.
+//!            Not: the bias of noise is zero only for sides whose light does not return to them; it falls with `gather_rays`.
+//! Cost  `gather_rays` rays and 4 B each per reached side; half of them from round 2 on.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::PhotonSettings;
+use crate::error::Result;
+use crate::math::{Frame, Ray};
+use crate::radiometry::{Rgb, luminance};
+use crate::run::{Phase, RayKind, Run};
+use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere};
+use crate::shading::World;
+use crate::tessellate::Cells;
+
+const BLOCK: usize = 256;
+/// Pixels that round 0 looks through, about, and cosine rays from each.
+const LATTICE_PIXELS: f32 = 16_384.0;
+const LATTICE_RAYS: u32 = 16;
+/// Points a side remembers to start rays from.
+const POINTS: usize = 16;
+/// A ray that met the sky.
+const SKY: u32 = u32::MAX;
+/// A direction below the horizon of the face: no light.
+const NOTHING: u32 = u32::MAX - 1;
+/// Sweeps end when they change the irradiance by less than this fraction.
+const TOLERANCE: f64 = 1e-3;
+
+/// A point on a side, as a ray met it.
+#[derive(Clone, Copy, Debug)]
+struct Landing {
+    /// 2 · cell + side.
+    side: u32,
+    triangle: u32,
+    u: f32,
+    v: f32,
+}
+
+/// Which side every ray of every gathered side hits.
+#[derive(Debug, Default)]
+pub(super) struct Links {
+    /// Gathered sides as 2 · cell + side, no two alike.
+    sides: Vec<u32>,
+    /// Where the hits of each begin; one more at the end.
+    first: Vec<u32>,
+    /// 2 · cell + side, [`SKY`] or [`NOTHING`].
+    hits: Vec<u32>,
+    /// Sides that any ray reached, by 2 · cell + side.
+    pub reached: Vec<bool>,
+}
+
+/// How the sweeps ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Swept {
+    pub sweeps: u32,
+    /// Last change of irradiance, relative.
+    pub residual: f32,
+}
+
+struct Shooter<'a> {
+    world: &'a World,
+    cells: &'a Cells,
+    /// Sides that reflect and can be seen.
+    live: &'a (dyn Fn(u32) -> bool + Sync),
+    seed: u64,
+    run: &'a Run,
+}
+
+impl Shooter<'_> {
+    /// Hits of `rays` cosine rays from one side, starting in turn at `starts`.
+    fn shoot(&self, starts: &[Landing], rays: u32, sobol: &Sobol, mut put: impl FnMut(u32, Option<Landing>)) {
+        let geometry = &self.world.geometry;
+        for i in 0..rays {
+            let at = starts[i as usize % starts.len()];
+            let sign = if at.side & 1 == 0 { 1.0 } else { -1.0 };
+            let s = geometry.surface(at.triangle, at.u, at.v);
+            let wi = Frame::from_normal(s.ns * sign).world_from_local(sample_cosine_hemisphere(sobol.sample_2d(i, 0)));
+            if wi.dot(s.ng) * sign <= 0.0 {
+                put(NOTHING, None);
+                continue;
+            }
+            let origin = crate::math::offset_origin(s.p, s.ng * sign, self.world.diagonal);
+            match self.land(&Ray::new(origin, wi)) {
+                Some(l) => put(l.side, Some(l)),
+                None => put(SKY, None),
+            }
+        }
+    }
+
+    fn land(&self, ray: &Ray) -> Option<Landing> {
+        let hit = self.world.rays.closest(ray)?;
+        let back = self.world.geometry.face_normals[hit.triangle as usize].dot(ray.dir) > 0.0;
+        Some(Landing { side: 2 * self.cells.find(hit.triangle, hit.u, hit.v) + u32::from(back), triangle: hit.triangle, u: hit.u, v: hit.v })
+    }
+
+    /// What a lattice of pixels sees and what lies around there.
+    fn round_zero(&self) -> Vec<Landing> {
+        let camera = &self.world.camera;
+        let step = ((camera.width as f32 * camera.height as f32 / LATTICE_PIXELS).sqrt().ceil() as u32).max(1);
+        let rows = camera.height.div_ceil(step);
+        let row = |j: u32| {
+            let mut out = Vec::new();
+            let y = (j * step + step / 2).min(camera.height - 1);
+            let mut rays = 0;
+            for x in (step / 2..camera.width.max(step / 2 + 1)).step_by(step as usize) {
+                let pixel = glam::Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                rays += 1;
+                let Some(seen) = self.land(&Ray::new(camera.eye, camera.direction(pixel))) else { continue };
+                out.push(seen);
+                let sobol = Sobol::new(self.seed, Stream::Link, (1 << 40) | u64::from(y * camera.width + x));
+                rays += u64::from(LATTICE_RAYS);
+                self.shoot(&[seen], LATTICE_RAYS, &sobol, |_, landing| out.extend(landing));
+            }
+            self.run.rays.add(RayKind::Sample, rays);
+            out
+        };
+        let rows: Vec<Vec<Landing>> = self.run.install(|| (0..rows).into_par_iter().map(row).collect());
+        rows.into_iter().flatten().collect()
+    }
+}
+
+impl Links {
+    /// Shoots all rays (phase `gather`). `live` tells by 2 · cell + side what reflects and can be seen.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`].
+    pub fn new(
+        world: &World,
+        cells: &Cells,
+        settings: &PhotonSettings,
+        live: &(dyn Fn(u32) -> bool + Sync),
+        seed: u64,
+        run: &Run,
+        phase: &Phase<'_>,
+    ) -> Result<Self> {
+        let shooter = Shooter { world, cells, live, seed, run };
+        let mut links = Self { first: vec![0], reached: vec![false; 2 * cells.len()], ..Self::default() };
+        let mut landings = shooter.round_zero();
+        for round in 1..=settings.gather_rounds {
+            run.check()?;
+            landings = links.round(&shooter, landings, settings.gather_rays.div_ceil(if round == 1 { 1 } else { 2 }), round < settings.gather_rounds, phase)?;
+        }
+        Ok(links)
+    }
+
+    /// Gathers every new side among `landings`; returns where its rays went if `more`.
+    fn round(&mut self, shooter: &Shooter<'_>, mut landings: Vec<Landing>, rays: u32, more: bool, phase: &Phase<'_>) -> Result<Vec<Landing>> {
+        landings.retain(|l| !self.reached[l.side as usize] && (shooter.live)(l.side));
+        shooter.run.install(|| landings.par_sort_by_key(|l| l.side));
+        let groups: Vec<&[Landing]> = landings.chunk_by(|a, b| a.side == b.side).collect();
+        let reached = &self.reached;
+        let blocks: Vec<(Vec<u32>, Vec<Landing>)> = shooter.run.install(|| {
+            groups
+                .par_chunks(BLOCK)
+                .map(|groups| {
+                    let (mut hits, mut next) = (Vec::with_capacity(groups.len() * rays as usize), Vec::new());
+                    if shooter.run.cancelled() {
+                        return (hits, next);
+                    }
+                    for starts in groups {
+                        let sobol = Sobol::new(shooter.seed, Stream::Link, u64::from(starts[0].side));
+                        shooter.shoot(&starts[..starts.len().min(POINTS)], rays, &sobol, |hit, landing| {
+                            hits.push(hit);
+                            next.extend(landing.filter(|l| more && !reached[l.side as usize]));
+                        });
+                    }
+                    shooter.run.rays.add(RayKind::Sample, hits.len() as u64);
+                    phase.advance(groups.len() as u64);
+                    (hits, next)
+                })
+                .collect()
+        });
+        shooter.run.check()?;
+        for group in &groups {
+            self.reached[group[0].side as usize] = true;
+            self.sides.push(group[0].side);
+            self.first.push(self.first[self.first.len() - 1] + rays);
+        }
+        let mut next = Vec::new();
+        for (hits, landings) in blocks {
+            self.hits.extend(hits);
+            next.extend(landings);
+        }
+        Ok(next)
+    }
+
+    /// Number of gathered sides.
+    pub fn len(&self) -> usize {
+        self.sides.len()
+    }
+
+    /// Sweeps until the irradiance rests, at most `sweeps` times. By 2 · cell + side: `direct` is ⟨ρ E_direct⟩, `albedo` ⟨ρ⟩, `irradiance` the
+    /// first guess, replaced where gathered.
+    pub fn solve(&self, direct: &[Rgb], albedo: &[Rgb], irradiance: &mut [Rgb], sky: Rgb, sweeps: u32, run: &Run) -> Result<Swept> {
+        let mut swept = Swept::default();
+        let sky = sky * std::f32::consts::PI;
+        let mut radiosity: Vec<Rgb> = (0..direct.len()).map(|i| direct[i] + albedo[i] * irradiance[i]).collect();
+        while swept.sweeps < sweeps {
+            run.check()?;
+            let blocks: Vec<Vec<Rgb>> = run.install(|| {
+                (0..self.len().div_ceil(BLOCK))
+                    .into_par_iter()
+                    .map(|block| (block * BLOCK..self.len().min((block + 1) * BLOCK)).map(|i| self.gather(i, &radiosity, sky)).collect())
+                    .collect()
+            });
+            let (mut change, mut whole) = (0.0, 0.0);
+            for (&side, e) in self.sides.iter().zip(blocks.into_iter().flatten()) {
+                let side = side as usize;
+                change += f64::from(luminance((e - irradiance[side]).abs()));
+                whole += f64::from(luminance(e));
+                irradiance[side] = e;
+                radiosity[side] = direct[side] + albedo[side] * e;
+            }
+            swept.sweeps += 1;
+            swept.residual = if whole > 0.0 { (change / whole) as f32 } else { 0.0 };
+            if f64::from(swept.residual) < TOLERANCE {
+                break;
+            }
+        }
+        Ok(swept)
+    }
+
+    fn gather(&self, i: usize, radiosity: &[Rgb], sky: Rgb) -> Rgb {
+        let hits = &self.hits[self.first[i] as usize..self.first[i + 1] as usize];
+        let sum: Vec3 = hits
+            .iter()
+            .map(|&h| match h {
+                SKY => sky,
+                NOTHING => Rgb::ZERO,
+                side => radiosity[side as usize],
+            })
+            .sum();
+        sum / hits.len() as f32
+    }
+}
