@@ -150,6 +150,31 @@ fn render_writes_image_picture_and_statistics() {
 }
 
 #[test]
+fn what_was_chosen_is_told_unless_quiet() {
+    let folder = Folder::new("notes");
+    let (card, cube, out) = (folder.at("card.obj"), folder.at("cube.toml"), folder.at("o.exr"));
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n";
+    let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    std::fs::write(folder.at("cube.obj"), format!("{corners}{faces}")).unwrap();
+    let scene = "[camera]\neye = [0.5, 0.5, 0.4]\ntarget = [0.5, 0.5, 1]\n\n[[mesh]]\nfile = \"cube.obj\"\n\n[[light]]\ntype = \"sky\"\nradiance = 1\n";
+    std::fs::write(&cube, scene).unwrap();
+    let (camera, sky, wall) = ("note: no camera given", "note: no light given", "warning: the camera is inside a wall");
+    for command in ["render", "reference"] {
+        for (scene, expected) in [(&card, vec![camera, sky]), (&cube, vec![wall])] {
+            let arguments = [command, scene, "-o", &out, "--size", "8x8", "--spp", "1"];
+            let output = nearfar(&arguments);
+            let said = stderr(&output);
+            assert_eq!(code(&output), 0, "{said}");
+            for line in [camera, sky, wall] {
+                assert_eq!(said.contains(line), expected.contains(&line), "{command} {scene}: {line} in {said}");
+            }
+            let quiet = nearfar(&[&arguments[..], &["-q"]].concat());
+            assert_eq!((code(&quiet), stderr(&quiet).as_str()), (0, ""), "{command} {scene}");
+        }
+    }
+}
+
+#[test]
 fn reference_resumes_to_the_same_bits() {
     let folder = Folder::new("resume");
     let (scene, whole, part) = (folder.at("card.toml"), folder.at("whole.exr"), folder.at("part.exr"));

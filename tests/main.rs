@@ -7,6 +7,7 @@ mod cli;
 mod conformance;
 mod convergence;
 mod decompose;
+mod info;
 mod near_far;
 mod path;
 mod photon;

@@ -89,11 +89,9 @@ pub fn command() -> clap::Command {
 }
 
 /// Prints the notes and warnings of loading.
-fn tell(quiet: bool, verbose: bool, notes: &[String], warnings: &[String]) {
-    if verbose && !quiet {
-        notes.iter().for_each(|n| eprintln!("note: {n}"));
-    }
+fn tell(quiet: bool, notes: &[String], warnings: &[String]) {
     if !quiet {
+        notes.iter().for_each(|n| eprintln!("note: {n}"));
         warnings.iter().for_each(|w| eprintln!("warning: {w}"));
     }
 }

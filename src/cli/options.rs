@@ -41,7 +41,7 @@ pub(super) struct SceneOptions {
     /// Only errors.
     #[arg(short, long, conflicts_with = "verbose")]
     pub(super) quiet: bool,
-    /// Notes and the seconds of every phase.
+    /// The seconds of every phase.
     #[arg(short, long)]
     pub(super) verbose: bool,
 }
@@ -71,7 +71,7 @@ impl SceneOptions {
         let phase = run.phase("load", 1);
         let Loaded { scene, mut settings, notes, warnings } = self.load()?;
         drop(phase);
-        tell(self.quiet, self.verbose, &notes, &warnings);
+        tell(self.quiet, &notes, &warnings);
         for (key, value) in extra {
             config::set(&mut settings, key, value.clone())?;
         }

@@ -13,6 +13,7 @@ use crate::config::RenderConfig;
 use crate::error::{Error, Result};
 use crate::film::{self, Film, Precision};
 use crate::method::{Method, Rendered, decompose, direct, path, photon_map};
+use crate::report::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::run::Run;
 use crate::shading::World;
 
@@ -80,6 +81,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     check_outputs(&args.output)?;
     let job = args.scene.prepare(&extra, args.output.time_limit, cancel)?;
     let world = World::new(&job.scene, args.scene.backend, &job.run)?;
+    warn_of_camera(&args.scene, &job.run, &world);
     let rendered = match args.method {
         Method::Path => path::render(&world, &job.config.path, job.config.seed, &job.run)?,
         Method::Decomposition => {
@@ -111,8 +113,16 @@ pub(super) fn reference(args: &ReferenceArgs, cancel: &Arc<AtomicBool>) -> Resul
     let earlier = args.resume.as_deref().map(film::read_exr).transpose()?;
     let job = args.scene.prepare(&extra, args.output.time_limit, cancel)?;
     let world = World::new(&job.scene, args.scene.backend, &job.run)?;
+    warn_of_camera(&args.scene, &job.run, &world);
     let rendered = path::reference(&world, &job.config.path, job.config.seed, &job.run, earlier.as_ref(), !args.no_state)?;
     finish(&args.scene, &args.output, Method::Path, &job, &world, rendered)
+}
+
+/// At once, so that a user can stop before hours are spent on a black picture.
+fn warn_of_camera(scene: &SceneOptions, run: &Run, world: &World) {
+    if !scene.quiet && run.install(|| camera_inside_wall(world)) {
+        eprintln!("warning: {CAMERA_INSIDE_WALL}");
+    }
 }
 
 fn check_outputs(output: &OutputOptions) -> Result<()> {

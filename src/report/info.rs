@@ -1,8 +1,7 @@
 //! What a scene holds and what is odd about it.
 //!
 //! Lengths in scene units; powers in watts per channel summed by luminance. The power of sun and sky is what crosses the scene's bounding sphere:
-//! `π R² E` and `4 π² R² L`. The proposed alpha is 1/20 of the diagonal, but at least the median edge: below that
-//! the near field holds less than the triangles around a point.
+//! `π R² E` and `4 π² R² L`. The proposed alpha is what a decomposition takes by default: a share of the diagonal.
 
 use std::f64::consts::PI;
 
@@ -11,6 +10,7 @@ use serde::Serialize;
 
 use crate::load::Loaded;
 use crate::math::Ray;
+use crate::method::decompose::DecomposeSettings;
 use crate::radiometry::{MAX_ALBEDO, Rgb, luminance};
 use crate::scene::{Light, Scene};
 use crate::shading::World;
@@ -75,7 +75,7 @@ pub struct SceneInfo {
     pub materials: Vec<MaterialLine>,
     /// Light sources.
     pub lights: Vec<LightLine>,
-    /// Proposed near/far distance.
+    /// Proposed near/far distance: the default of the decomposition.
     pub alpha: f32,
     /// What was chosen at load.
     pub notes: Vec<String>,
@@ -104,8 +104,8 @@ pub fn scene_info(loaded: &Loaded, world: &World) -> SceneInfo {
             warnings.push(format!("material \"{}\" has an albedo of {MAX_ALBEDO} or more and is darkened to it", m.name));
         }
     }
-    if camera_inside_wall(world, &topology.closed_of_triangle) {
-        warnings.push("the camera is inside a wall: nearly all it sees are backs of closed parts; move camera.eye".into());
+    if camera_inside_wall(world) {
+        warnings.push(CAMERA_INSIDE_WALL.into());
     }
     let edges = edge_quantiles(g);
     SceneInfo {
@@ -123,25 +123,36 @@ pub fn scene_info(loaded: &Loaded, world: &World) -> SceneInfo {
         inconsistent_edges: topology.inconsistent_edges,
         one_sided_share: topology.closed_of_triangle.iter().filter(|c| **c).count() as f32 / g.len().max(1) as f32,
         lights: lights(&loaded.scene, g),
-        alpha: (world.diagonal / 20.0).max(edges[2]).min(world.diagonal / 4.0),
+        alpha: DecomposeSettings::default().lengths(world.diagonal).alpha,
         materials,
         notes: loaded.notes.clone(),
         warnings,
     }
 }
 
-/// True when the camera stands inside a closed solid: most rays around it first meet the back of one. `one_sided` per triangle, from the topology.
-pub fn camera_inside_wall(world: &World, one_sided: &[bool]) -> bool {
-    let count = 64;
-    let backs = (0..count).filter(|&i| {
+/// What to tell when [`camera_inside_wall`].
+pub const CAMERA_INSIDE_WALL: &str = "the camera is inside a wall: nearly all it sees are backs of closed parts; move camera.eye";
+
+/// True when the camera stands inside a closed solid: nine of ten rays around it first meet the back of one. Costs 64 rays, and the
+/// topology only where most of them meet backs.
+pub fn camera_inside_wall(world: &World) -> bool {
+    const RAYS: usize = 64;
+    let met = (0..RAYS).filter_map(|i| {
         // Fibonacci directions.
-        let z = 1.0 - (2.0 * i as f32 + 1.0) / count as f32;
+        let z = 1.0 - (2.0 * i as f32 + 1.0) / RAYS as f32;
         let (s, c) = (2.399_963_2 * i as f32).sin_cos();
         let r = (1.0 - z * z).sqrt();
         let ray = Ray::new(world.camera.eye, Vec3::new(r * c, r * s, z));
-        world.rays.closest(&ray).is_some_and(|h| one_sided[h.triangle as usize] && world.geometry.face_normals[h.triangle as usize].dot(ray.dir) > 0.0)
+        let triangle = world.rays.closest(&ray)?.triangle as usize;
+        (world.geometry.face_normals[triangle].dot(ray.dir) > 0.0).then_some(triangle)
     });
-    backs.count() * 10 >= count * 9
+    let backs: Vec<usize> = met.collect();
+    let most = |count: usize| count * 10 >= RAYS * 9;
+    if !most(backs.len()) {
+        return false;
+    }
+    let closed = analyze_topology(&world.geometry).closed_of_triangle;
+    most(backs.iter().filter(|&&t| closed[t]).count())
 }
 
 fn inverted_normals(g: &Geometry) -> usize {
