@@ -142,7 +142,22 @@ fn name(method: Method) -> String {
 
 /// Layers that some method writes.
 const LAYERS: [&str; 17] = [
-    "none", "direct", "indirect", "emission", "irradiance", "far", "near", "albedo", "N", "P", "depth", "cluster", "cell", "variance", "samples", "half0",
+    "none",
+    "direct",
+    "indirect",
+    "emission",
+    "irradiance",
+    "far",
+    "near",
+    "albedo",
+    "N",
+    "P",
+    "depth",
+    "cluster",
+    "cell",
+    "variance",
+    "samples",
+    "half0",
     "half1",
 ];
 

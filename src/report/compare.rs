@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::metrics::{Errors, Halves, errors};
 use super::flip;
+use super::metrics::{Errors, Halves, errors};
 use crate::error::{Error, Result};
 use crate::film::{Film, read_exr};
 use crate::radiometry::{Rgb, luminance};

@@ -4,10 +4,10 @@ pub mod backends;
 pub mod budget;
 mod compare;
 mod flip;
+pub mod info;
 mod metrics;
 #[cfg(feature = "embree")]
 mod native_loop;
-pub mod info;
 pub mod streams;
 
 pub use compare::{Comparison, Reference, compare, difference, exposure_of, read_reference};
