@@ -2,7 +2,7 @@
 
 use nearfar::method::decompose::{DecomposeSettings, Inputs, Length, render};
 use nearfar::method::path::{self, PathSettings};
-use nearfar::photon::PhotonSettings;
+use nearfar::photon::{Estimate, PhotonSettings};
 use nearfar::record::RecordSettings;
 use nearfar::report::{Halves, errors};
 use nearfar::run::Run;
@@ -22,7 +22,7 @@ impl Bench {
     fn new() -> Self {
         let world = world(&small_room(), *backends().last().unwrap());
         let run = Run::new(2).unwrap();
-        let film = path::render(&world, &PathSettings { spp: 4096, ..PathSettings::default() }, 1, &run).unwrap().film;
+        let film = path::render(&world, &PathSettings { spp: 2048, ..PathSettings::default() }, 1, &run).unwrap().film;
         let halves = Halves(film.rgb("half0").unwrap(), film.rgb("half1").unwrap());
         Self { world, run, truth: film.rgb("").unwrap(), halves }
     }
@@ -30,7 +30,7 @@ impl Bench {
     /// relMSE of the final image, mean over seeds (one picture's error is itself random).
     fn error(&self, decompose: &DecomposeSettings, photon: &PhotonSettings) -> f64 {
         let (record, direct) = (RecordSettings { spp: 16, ..RecordSettings::default() }, DirectSettings { light_samples: 16 });
-        let seeds = 4;
+        let seeds = 3;
         let one = |seed| {
             let inputs = Inputs { decompose, photon, record: &record, direct: &direct, seed };
             let film = render(&self.world, inputs, &self.run).unwrap().film;
@@ -58,10 +58,10 @@ fn falls(name: &str, errors: &[f64], ratio: f64) {
 #[test]
 fn error_falls_with_rays_photons_and_clusters_and_alpha_has_a_minimum() {
     let bench = Bench::new();
-    let photon = PhotonSettings { count: 400_000, ..PhotonSettings::default() };
+    let photon = PhotonSettings { count: 100_000, ..PhotonSettings::default() };
     let rays = [12, 48, 192].map(|rays| bench.error(&DecomposeSettings { rays, ..settings() }, &photon));
     falls("rays 12, 48, 192", &rays, 0.7);
-    let photons = [300, 3000, 30_000].map(|count| bench.error(&settings(), &PhotonSettings { count, ..photon.clone() }));
+    let photons = [300, 3000, 30_000].map(|count| bench.error(&settings(), &PhotonSettings { count, estimate: Estimate::Cells, ..photon.clone() }));
     falls("photons 300, 3000, 30000", &photons, 0.7);
     let radius = [24.0, 12.0, 6.0].map(|p| bench.error(&DecomposeSettings { cluster_radius: Some(Length::PercentOfDiagonal(p)), ..settings() }, &photon));
     falls("cluster radius 24 %, 12 %, 6 %", &radius, 0.8);
