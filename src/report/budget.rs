@@ -95,7 +95,7 @@ pub fn budget(world: &World, inputs: Inputs<'_>, truth: &Truth, stride: u32, gat
 
 impl Lattice<'_> {
     fn rows(&self, prepared: &Prepared, exact_direct: &CameraSamples) -> Result<Vec<BudgetRow>> {
-        let tree = NearTree::new(self.proxy);
+        let tree = self.run.install(|| NearTree::new(self.proxy));
         let with = |near_visibility| DecomposeSettings { near_visibility, ..self.settings.clone() };
         let radius = prepared.lengths.blend_radius;
         let power = self.settings.blend_normal_power;

@@ -111,7 +111,7 @@ pub fn render(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> 
     let samples = &prepared.samples;
     let tree = {
         let _phase = run.phase("reconstruct", 1);
-        NearTree::new(prepared.proxy())
+        run.install(|| NearTree::new(prepared.proxy()))
     };
     let field = FarField::new(&prepared.clusters, &prepared.sh, prepared.lengths.blend_radius, settings.blend_normal_power);
     let found = reconstruct(world, prepared.proxy(), &samples.points, &field, &tree, settings, inputs.seed, run)?;
