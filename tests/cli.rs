@@ -227,7 +227,7 @@ fn ctrl_c_keeps_what_was_done() {
         .unwrap();
     // Long enough to be past the first sample of 192 pixels; the render itself would take hours.
     std::thread::sleep(std::time::Duration::from_millis(1500));
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert!(Command::new("bash").args(["-c", &format!("kill -INT {}", child.id())]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let film = read_exr(Path::new(&out)).unwrap();
     assert_eq!(film.header["nearfar.complete"], "false");
