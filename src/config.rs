@@ -8,7 +8,9 @@ use toml::{Table, Value};
 
 use crate::error::{Error, Result};
 use crate::method::decompose::DecomposeSettings;
+use crate::method::gather::GatherSettings;
 use crate::method::path::PathSettings;
+use crate::method::stage::Inputs;
 use crate::photon::PhotonSettings;
 use crate::record::RecordSettings;
 use crate::shading::DirectSettings;
@@ -27,6 +29,8 @@ pub struct RenderConfig {
     pub photon: PhotonSettings,
     /// Passes 2 and 3 of the decomposition.
     pub decompose: DecomposeSettings,
+    /// Final gathering.
+    pub gather: GatherSettings,
     /// Path tracing.
     pub path: PathSettings,
 }
@@ -50,9 +54,16 @@ impl RenderConfig {
         let config: Self = table.try_into().map_err(|e: toml::de::Error| Error::setting("settings", one_line(e.message())))?;
         config.path.check()?;
         config.decompose.validate()?;
+        config.gather.validate()?;
         config.photon.validate()?;
         config.record.validate()?;
         Ok(config)
+    }
+
+    /// What the methods start from, in a scene of the given diagonal. All of them get the cells that the decomposition's alpha asks for.
+    pub fn inputs(&self, diagonal: f32) -> Inputs<'_> {
+        let near_cell = self.decompose.lengths(diagonal).near_cell;
+        Inputs { near_cell, photon: &self.photon, record: &self.record, direct: &self.direct, seed: self.seed }
     }
 
     /// All settings with their values.

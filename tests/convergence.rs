@@ -1,7 +1,8 @@
 //! The decomposition's error against ground truth falls with each knob that spends time, and has a minimum in alpha.
 
-use nearfar::method::decompose::{DecomposeSettings, Inputs, Length, render};
+use nearfar::method::decompose::{DecomposeSettings, Length, render};
 use nearfar::method::path::{self, PathSettings};
+use nearfar::method::stage::Inputs;
 use nearfar::photon::{Estimate, PhotonSettings};
 use nearfar::record::RecordSettings;
 use nearfar::report::{Halves, errors};
@@ -32,8 +33,9 @@ impl Bench {
         let (record, direct) = (RecordSettings { spp: 16, ..RecordSettings::default() }, DirectSettings { light_samples: 16 });
         let seeds = 3;
         let one = |seed| {
-            let inputs = Inputs { decompose, photon, record: &record, direct: &direct, seed };
-            let film = render(&self.world, inputs, &self.run).unwrap().film;
+            let near_cell = decompose.lengths(self.world.diagonal).near_cell;
+            let inputs = Inputs { near_cell, photon, record: &record, direct: &direct, seed };
+            let film = render(&self.world, decompose, inputs, &self.run).unwrap().film;
             errors(&film.rgb("").unwrap(), &self.truth, Some(&self.halves)).relmse
         };
         (0..seeds).map(one).sum::<f64>() / seeds as f64

@@ -1,12 +1,14 @@
 //! The decomposition's exact limits and invariances.
 
 use glam::Vec3;
-use nearfar::method::decompose::far::{Proxy, sample, sample_cluster};
+use nearfar::method::decompose::far::{sample, sample_cluster};
 use nearfar::method::decompose::interpolate::FarField;
 use nearfar::method::decompose::near::NearTree;
 use nearfar::method::decompose::reconstruct::{point, reconstruct};
-use nearfar::method::decompose::{DecomposeSettings, Inputs, Length, NearHits, Overlap, cluster, render};
+use nearfar::method::decompose::{DecomposeSettings, Length, NearHits, Overlap, cluster, render};
+use nearfar::method::stage::Inputs;
 use nearfar::photon::CellRadiosity;
+use nearfar::photon::Proxy;
 use nearfar::radiometry::Rgb;
 use nearfar::record::{RecordSettings, camera_samples};
 use nearfar::run::Run;
@@ -147,7 +149,8 @@ fn picture(w: &World, threads: usize) -> nearfar::film::Film {
     let run = Run::new(threads).unwrap();
     let decompose = DecomposeSettings { alpha: Length::PercentOfDiagonal(8.0), rays: 64, ..DecomposeSettings::default() };
     let (photon, record, direct) = Default::default();
-    render(w, Inputs { decompose: &decompose, photon: &photon, record: &record, direct: &direct, seed: 5 }, &run).unwrap().film
+    let near_cell = decompose.lengths(w.diagonal).near_cell;
+    render(w, &decompose, Inputs { near_cell, photon: &photon, record: &record, direct: &direct, seed: 5 }, &run).unwrap().film
 }
 
 #[test]

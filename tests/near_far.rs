@@ -1,11 +1,13 @@
 //! Scenes a furnace is blind to: black occluders, hidden plates, a sheet lit on one side, a thin wall.
 
 use glam::Vec3;
-use nearfar::method::decompose::far::{Proxy, sample_cluster};
+use nearfar::method::decompose::far::sample_cluster;
 use nearfar::method::decompose::near::NearTree;
 use nearfar::method::decompose::reconstruct::point;
-use nearfar::method::decompose::{DecomposeSettings, Inputs, Length, NearVisibility, render};
+use nearfar::method::decompose::{DecomposeSettings, Length, NearVisibility, render};
+use nearfar::method::stage::Inputs;
 use nearfar::photon::CellRadiosity;
+use nearfar::photon::Proxy;
 use nearfar::radiometry::Rgb;
 use nearfar::record::{RecordSettings, ShadingPoints};
 use nearfar::run::Run;
@@ -70,7 +72,8 @@ fn a_hidden_plate_is_subtracted_twice_unless_visibility_is_traced() {
 fn picture(scene: &Scene, decompose: &DecomposeSettings) -> nearfar::film::Film {
     let w = world(scene, *backends().last().unwrap());
     let (photon, record, direct) = (Default::default(), RecordSettings { spp: 4, ..RecordSettings::default() }, Default::default());
-    render(&w, Inputs { decompose, photon: &photon, record: &record, direct: &direct, seed: 0 }, &Run::new(2).unwrap()).unwrap().film
+    let near_cell = decompose.lengths(w.diagonal).near_cell;
+    render(&w, decompose, Inputs { near_cell, photon: &photon, record: &record, direct: &direct, seed: 0 }, &Run::new(2).unwrap()).unwrap().film
 }
 
 fn mean(film: &nearfar::film::Film, layer: &str, keep: impl Fn(usize) -> bool) -> f32 {

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::options::Job;
 use crate::error::{Error, Result};
-use crate::method::decompose::Inputs;
 use crate::report::budget::{BudgetRow, Truth, budget};
 use crate::report::{Reference, read_reference};
 use crate::shading::World;
@@ -19,9 +18,7 @@ pub(super) fn run(job: &Job, world: &World, reference: &Path, stride: u32, gathe
     if mean.len() != pixels {
         return Err(Error::Usage(format!("{} is not of the size {}x{}; use --size", reference.display(), world.camera.width, world.camera.height)));
     }
-    let config = &job.config;
-    let inputs = Inputs { decompose: &config.decompose, photon: &config.photon, record: &config.record, direct: &config.direct, seed: config.seed };
-    let rows = budget(world, inputs, &Truth { mean, halves }, stride, gather_rays, &job.run)?;
+    let rows = budget(world, &job.config.decompose, job.config.inputs(world.diagonal), &Truth { mean, halves }, stride, gather_rays, &job.run)?;
     if json {
         let text = serde_json::to_string_pretty(&rows).map_err(|e| Error::Render(format!("cannot write JSON: {e}")))?;
         println!("{text}");

@@ -9,10 +9,9 @@ use toml::Value;
 
 use super::options::{Job, OutputOptions, SceneOptions};
 use super::{check_writable, statistics};
-use crate::config::RenderConfig;
 use crate::error::{Error, Result};
 use crate::film::{self, Film, Precision};
-use crate::method::{Method, Rendered, decompose, direct, path, photon_map};
+use crate::method::{Method, Rendered, decompose, direct, gather, path, photon_map};
 use crate::report::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::run::Run;
 use crate::shading::World;
@@ -82,17 +81,14 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     let job = args.scene.prepare(&extra, args.output.time_limit, cancel)?;
     let world = World::new(&job.scene, args.scene.backend, &job.run)?;
     warn_of_camera(&args.scene, &job.run, &world);
+    let config = &job.config;
+    let inputs = config.inputs(world.diagonal);
     let rendered = match args.method {
-        Method::Path => path::render(&world, &job.config.path, job.config.seed, &job.run)?,
-        Method::Decomposition => {
-            let RenderConfig { decompose: ref settings, ref photon, ref record, ref direct, seed, .. } = job.config;
-            decompose::render(&world, decompose::Inputs { decompose: settings, photon, record, direct, seed }, &job.run)?
-        }
-        Method::PhotonMap => {
-            let near_cell = job.config.decompose.lengths(world.diagonal).near_cell;
-            photon_map::render(&world, near_cell, &job.config.photon, job.config.record.spp, job.config.seed, &job.run)?
-        }
-        Method::Direct => direct::render(&world, &job.config.record, &job.config.direct, job.config.seed, &job.run)?,
+        Method::Path => path::render(&world, &config.path, config.seed, &job.run)?,
+        Method::Decomposition => decompose::render(&world, &config.decompose, inputs, &job.run)?,
+        Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
+        Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, config.record.spp, config.seed, &job.run)?,
+        Method::Direct => direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?,
     };
     finish(&args.scene, &args.output, args.method, &job, &world, rendered)
 }
@@ -141,7 +137,7 @@ fn name(method: Method) -> String {
 }
 
 /// Layers that some method writes.
-const LAYERS: [&str; 17] = [
+const LAYERS: [&str; 18] = [
     "none",
     "direct",
     "indirect",
@@ -155,6 +151,7 @@ const LAYERS: [&str; 17] = [
     "depth",
     "cluster",
     "cell",
+    "location",
     "variance",
     "samples",
     "half0",
@@ -177,7 +174,7 @@ fn keep_layers(film: &mut Film, wanted: &[String], run: &Run) {
 }
 
 fn finish(scene: &SceneOptions, output: &OutputOptions, method: Method, job: &Job, world: &World, rendered: Rendered) -> Result<()> {
-    let Rendered { mut film, stats } = rendered;
+    let Rendered { mut film, stats, .. } = rendered;
     let interrupted = job.run.cancelled();
     keep_layers(&mut film, &output.aov, &job.run);
     if !scene.quiet {

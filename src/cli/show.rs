@@ -25,7 +25,7 @@ pub(super) struct ShowArgs {
     /// Brighten by this many stops (colour layers).
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
     exposure: f32,
-    /// Mark the places where this layer is not zero, such as `cluster.center`: the sample locations.
+    /// Mark the places where this layer is not zero, such as `location`: the sample locations.
     #[arg(long, value_name = "LAYER")]
     dots: Option<String>,
 }

@@ -17,5 +17,5 @@ pub fn render(world: &World, record: &RecordSettings, direct: &DirectSettings, s
     record.validate()?;
     let samples = camera_samples(world, record, direct, seed, run)?;
     let none = vec![Rgb::ZERO; samples.points.len()];
-    Ok(Rendered { film: samples.compose(&none), stats: serde_json::Map::new() })
+    Ok(Rendered { film: samples.compose(&none), ..Rendered::default() })
 }

@@ -1,9 +1,12 @@
-//! The methods, siblings that never import one another, and the one match that picks.
+//! The methods, siblings that never import one another, and what they share: [`stage`] before them, [`Rendered`] after.
 
 pub mod decompose;
 pub mod direct;
+pub mod gather;
+pub mod locations;
 pub mod path;
 pub mod photon_map;
+pub mod stage;
 
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +19,8 @@ pub enum Method {
     /// Irradiance decomposition in three passes.
     #[default]
     Decomposition,
+    /// Final gathering through the proxy at every point: what decomposition and caching can at best reach.
+    Gather,
     /// Unidirectional path tracing: the ground truth.
     Path,
     /// Direct light only.
@@ -31,4 +36,6 @@ pub struct Rendered {
     pub film: Film,
     /// Statistics of the method (cells, photons, clusters, …), by the names of the statistics contract.
     pub stats: serde_json::Map<String, serde_json::Value>,
+    /// Where indirect light was sampled; empty for methods without such places.
+    pub locations: locations::Locations,
 }

@@ -83,5 +83,5 @@ pub fn render(world: &World, near_cell: f32, settings: &PhotonSettings, spp: u32
         ("cell_sides", stats.sides.into()),
         ("starved_cell_sides", stats.starved.into()),
     ];
-    Ok(Rendered { film, stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect() })
+    Ok(Rendered { film, stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(), ..Rendered::default() })
 }

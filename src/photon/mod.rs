@@ -19,6 +19,7 @@
 //! | `map` | [`PhotonMap`]: density estimation |
 //! | `gather` | rays between the cells that the picture can see, solved as a linear system |
 //! | `radiosity` | [`solve`]: the estimates, direct light, albedo |
+//! | `proxy` | [`Proxy`]: what a ray is told |
 //!
 //! Guarantees: bit-identical for any thread count. Photon estimates divide flux by the area it was counted on, so no energy is lost as a
 //! whole. Not guaranteed: that the part which is seen gets its share. Area buried in other surfaces takes part in the mean of `cells` and
@@ -30,6 +31,7 @@ mod kdtree;
 mod map;
 mod overlap;
 mod patches;
+mod proxy;
 mod radiosity;
 mod settings;
 mod surface_index;
@@ -37,6 +39,7 @@ mod trace;
 
 pub use kdtree::KdTree;
 pub use map::PhotonMap;
+pub use proxy::{Incident, Proxy};
 pub use radiosity::{CellRadiosity, ProxyStats, solve};
 pub use settings::{Estimate, PhotonSettings};
 pub use surface_index::SurfaceIndex;

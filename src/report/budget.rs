@@ -19,16 +19,18 @@ use serde::Serialize;
 
 use super::metrics::{Errors, Halves, errors};
 use crate::error::Result;
-use crate::math::{Frame, Ray};
-use crate::method::decompose::far::{Proxy, sample, sample_cluster};
+use crate::method::decompose::far::{sample, sample_cluster};
 use crate::method::decompose::interpolate::FarField;
 use crate::method::decompose::near::NearTree;
 use crate::method::decompose::reconstruct::{point, reconstruct};
-use crate::method::decompose::{DecomposeSettings, Inputs, NearVisibility, Prepared, prepare};
+use crate::method::decompose::{DecomposeSettings, NearVisibility, Prepared, prepare};
+use crate::method::gather::gather;
+use crate::method::stage::Inputs;
+use crate::photon::Proxy;
 use crate::radiometry::Rgb;
 use crate::record::{CameraSamples, ShadingPoints, camera_samples_where};
 use crate::run::{RayKind, Run};
-use crate::sampling::{Rng, Sobol, Stream, sample_cosine_hemisphere};
+use crate::sampling::{Rng, Stream};
 use crate::sh::ShRgb;
 use crate::shading::{DirectSettings, World};
 
@@ -68,8 +70,16 @@ struct Lattice<'a> {
 ///
 /// # Errors
 /// As [`prepare`].
-pub fn budget(world: &World, inputs: Inputs<'_>, truth: &Truth, stride: u32, gather_rays: u32, run: &Run) -> Result<Vec<BudgetRow>> {
-    let prepared = prepare(world, inputs, run)?;
+pub fn budget(
+    world: &World,
+    settings: &DecomposeSettings,
+    inputs: Inputs<'_>,
+    truth: &Truth,
+    stride: u32,
+    gather_rays: u32,
+    run: &Run,
+) -> Result<Vec<BudgetRow>> {
+    let prepared = prepare(world, settings, inputs, run)?;
     let wanted = |x: u32, y: u32| x % stride == stride / 2 && y % stride == stride / 2;
     let at = |direct: &DirectSettings| camera_samples_where(world, inputs.record, direct, inputs.seed, run, &wanted);
     let samples = at(inputs.direct)?;
@@ -77,18 +87,8 @@ pub fn budget(world: &World, inputs: Inputs<'_>, truth: &Truth, stride: u32, gat
     let pixels: Vec<u32> = (0..height).flat_map(|y| (0..width).filter(move |&x| wanted(x, y)).map(move |x| y * width + x)).collect();
     let pick = |v: &[Rgb]| pixels.iter().map(|&i| v[i as usize]).collect::<Vec<_>>();
     let truth = Truth { mean: pick(&truth.mean), halves: truth.halves.as_ref().map(|h| Halves(pick(&h.0), pick(&h.1))) };
-    let lattice = Lattice {
-        world,
-        proxy: prepared.proxy(),
-        samples,
-        pixels,
-        truth,
-        settings: inputs.decompose,
-        alpha: prepared.lengths.alpha,
-        gather_rays,
-        seed: inputs.seed,
-        run,
-    };
+    let lattice =
+        Lattice { world, proxy: prepared.stage.proxy(), samples, pixels, truth, settings, alpha: prepared.lengths.alpha, gather_rays, seed: inputs.seed, run };
     let exact_direct = at(&DirectSettings { light_samples: inputs.direct.light_samples * 16 })?;
     lattice.rows(&prepared, &exact_direct)
 }
@@ -106,10 +106,10 @@ impl Lattice<'_> {
         };
         let rendered = clustered(self.settings.near_visibility)?;
         let mut rows = vec![self.row("as rendered", &self.samples, &rendered), self.row("exact direct light", exact_direct, &rendered)];
-        rows.push(self.row("proxy", &self.samples, &self.gather()?));
+        rows.push(self.row("proxy", &self.samples, &gather(self.world, self.proxy, &self.samples.points, self.gather_rays, self.seed, self.run)?));
         let off = with(NearVisibility::Off);
         rows.push(self.row("own SH, no near sum", &self.samples, &self.own(&tree, 0.0, &off)?));
-        let whole = sample(self.world, self.proxy, &prepared.samples.points, &prepared.clusters, &plain(self.settings), self.seed, self.run)?;
+        let whole = sample(self.world, self.proxy, &prepared.stage.samples.points, &prepared.clusters, &plain(self.settings), self.seed, self.run)?;
         let whole_field = FarField::new(&prepared.clusters, &whole, radius, power);
         let found = reconstruct(self.world, self.proxy, &self.samples.points, &whole_field, &tree, &off, self.seed, self.run)?;
         rows.push(self.row("SH interpolated, no near sum", &self.samples, &found.iter().map(|f| f.total).collect::<Vec<_>>()));
@@ -147,29 +147,6 @@ impl Lattice<'_> {
         self.run.rays.add(RayKind::Sample, rays * points.len() as u64);
         self.run.check()?;
         Ok(out)
-    }
-
-    /// π · mean of the proxy's radiance along cosine-distributed rays.
-    fn gather(&self) -> Result<Vec<Rgb>> {
-        self.each("gather", u64::from(self.gather_rays), |i, points| {
-            let sobol = Sobol::new(self.seed, Stream::Gather, i as u64);
-            let frame = Frame::from_normal(points.ns[i]);
-            let mut sum = glam::DVec3::ZERO;
-            for r in 0..self.gather_rays {
-                let wi = frame.world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 0)));
-                if wi.dot(points.ng[i]) > 0.0 {
-                    sum += self.radiance(&Ray::new(points.p[i], wi)).as_dvec3();
-                }
-            }
-            (sum * (std::f64::consts::PI / f64::from(self.gather_rays))).as_vec3()
-        })
-    }
-
-    fn radiance(&self, ray: &Ray) -> Rgb {
-        self.world.closest(ray).map_or(self.world.lights.sky, |hit| {
-            let cell = self.proxy.cells.find(hit.triangle, hit.u, hit.v);
-            self.proxy.radiosity.get(cell, hit.side) * std::f32::consts::FRAC_1_PI
-        })
     }
 
     /// Every point its own cluster, with near hits damped up to `alpha`.

@@ -15,22 +15,12 @@ use super::cluster::Clusters;
 use super::{DecomposeSettings, NearHits, membership};
 use crate::error::Result;
 use crate::math::Frame;
-use crate::photon::CellRadiosity;
+use crate::photon::Proxy;
 use crate::record::ShadingPoints;
 use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream, sample_uniform_hemisphere};
 use crate::sh::{Fit, ShRgb};
 use crate::shading::World;
-use crate::tessellate::Cells;
-
-/// The proxy: what a ray is told about the surface it hits.
-#[derive(Clone, Copy, Debug)]
-pub struct Proxy<'a> {
-    /// Pieces of the surfaces.
-    pub cells: &'a Cells,
-    /// Radiosity of their sides.
-    pub radiosity: &'a CellRadiosity,
-}
 
 /// SH of every cluster (phase `sample`).
 ///
@@ -89,18 +79,16 @@ pub fn sample_cluster(
         if settings.near_hits == NearHits::Ignore {
             ray.t_min = alpha;
         }
-        match if ray.t_min == f32::INFINITY { None } else { world.closest(&ray) } {
-            None => fit.add(wi, world.lights.sky, 1.0),
-            Some(hit) => {
-                let cell = proxy.cells.find(hit.triangle, hit.u, hit.v);
-                let radiance = proxy.radiosity.get(cell, hit.side) * std::f32::consts::FRAC_1_PI;
-                let weight = match settings.near_hits {
-                    NearHits::Ignore => 1.0,
-                    NearHits::Damp => 1.0 - 0.9 * membership(proxy.cells.centroids[cell as usize].distance(p), alpha),
-                };
-                fit.add(wi, radiance, weight);
-            }
+        if ray.t_min == f32::INFINITY {
+            fit.add(wi, world.lights.sky, 1.0);
+            continue;
         }
+        let incident = proxy.incident(world, &ray);
+        let weight = match (incident.cell, settings.near_hits) {
+            (Some(cell), NearHits::Damp) => 1.0 - 0.9 * membership(proxy.cells.centroids[cell as usize].distance(p), alpha),
+            _ => 1.0,
+        };
+        fit.add(wi, incident.radiance, weight);
     }
     fit.solve(settings.ridge)
 }

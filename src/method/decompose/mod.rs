@@ -26,7 +26,7 @@ pub mod reconstruct;
 mod render;
 mod settings;
 
-pub use render::{Inputs, Prepared, prepare, render};
+pub use render::{Prepared, prepare, render};
 pub use settings::{DecomposeSettings, Length, Lengths, NearHits, NearIntegral, NearVisibility, Overlap};
 
 /// Membership of a cell at distance `d` in the near ball: 1 up to ¾ alpha, smoothstep to 0 at alpha. The one function that the ray rule

@@ -18,8 +18,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 use wide::f32x8;
 
-use super::far::Proxy;
 use crate::math::{Aabb, Ray};
+use crate::photon::Proxy;
 use crate::radiometry::Rgb;
 use crate::sampling::{Rng, sample_triangle};
 use crate::sh::{MOMENTS, ShRgb, moments8};

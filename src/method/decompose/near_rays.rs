@@ -8,9 +8,9 @@
 //!
 //! Guarantees  unbiased for the visible near cells, whatever hides what; any number of SH bands. Not: noise-free. Cost  M short rays a point.
 
-use super::far::Proxy;
 use super::{DecomposeSettings, membership};
 use crate::math::{Frame, Ray};
+use crate::photon::Proxy;
 use crate::radiometry::Rgb;
 use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere};
 use crate::sh::ShRgb;
@@ -41,11 +41,11 @@ pub fn near_by_rays(
         }
         // A cell counts by its centroid's distance, which may be closer than the hit by up to one cell.
         let reach = alpha + proxy.cells.near_cell;
-        let Some(hit) = world.closest(&Ray { t_max: reach, ..Ray::new(p, wi) }) else { continue };
-        let cell = proxy.cells.find(hit.triangle, hit.u, hit.v);
+        let incident = proxy.incident(world, &Ray { t_max: reach, ..Ray::new(p, wi) });
+        let Some(cell) = incident.cell else { continue };
         let m = membership(proxy.cells.centroids[cell as usize].distance(p), alpha);
         if m > 0.0 {
-            sum += (proxy.radiosity.get(cell, hit.side) * std::f32::consts::FRAC_1_PI - sh.radiance(wi)) * m;
+            sum += (incident.radiance - sh.radiance(wi)) * m;
             hits += 1;
         }
     }

@@ -6,12 +6,12 @@
 
 use rayon::prelude::*;
 
-use super::far::Proxy;
 use super::interpolate::FarField;
 use super::near::{NearQuery, NearTree};
 use super::near_rays::near_by_rays;
 use super::{DecomposeSettings, NearIntegral, NearVisibility, Overlap};
 use crate::error::Result;
+use crate::photon::Proxy;
 use crate::radiometry::Rgb;
 use crate::record::ShadingPoints;
 use crate::run::{RayKind, Run};

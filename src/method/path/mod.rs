@@ -145,5 +145,5 @@ pub fn reference(world: &World, settings: &PathSettings, seed: u64, run: &Run, e
     let mut stats = serde_json::Map::new();
     stats.insert("spp".into(), fewest.into());
     stats.insert("noise_relmse".into(), error.into());
-    Ok(Rendered { film, stats })
+    Ok(Rendered { film, stats, ..Rendered::default() })
 }

@@ -1,0 +1,77 @@
+//! What every method that looks up the proxy starts from: cells, their radiosity, and the camera's samples.
+//!
+//! The same scene, settings and seed give the same [`Stage`] to every method: what differs between their pictures is the method alone.
+//! Phases `cells`, `photons`, `gather`, `record`.
+
+use crate::error::Result;
+use crate::photon::{CellRadiosity, PhotonSettings, Proxy, ProxyStats, solve};
+use crate::record::{CameraSamples, RecordSettings, camera_samples};
+use crate::run::Run;
+use crate::shading::{DirectSettings, World};
+use crate::tessellate::Cells;
+
+/// Settings of the rooms before the method.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// Longest edge of a cell, scene units.
+    pub near_cell: f32,
+    /// The proxy.
+    pub photon: &'a PhotonSettings,
+    /// Camera samples and shading points.
+    pub record: &'a RecordSettings,
+    /// Direct light of the camera samples.
+    pub direct: &'a DirectSettings,
+    /// Seed of every random number.
+    pub seed: u64,
+}
+
+/// Proxy and camera samples.
+#[derive(Debug)]
+pub struct Stage {
+    /// Pieces of surfaces.
+    pub cells: Cells,
+    /// Radiosity of their sides.
+    pub radiosity: CellRadiosity,
+    /// What the proxy tells of itself.
+    pub proxy_stats: ProxyStats,
+    /// What the camera sees, and the points that need indirect light.
+    pub samples: CameraSamples,
+}
+
+impl Stage {
+    /// Cells, proxy, camera samples.
+    ///
+    /// # Errors
+    /// Settings out of range, cells that do not fit memory, [`crate::error::Error::Interrupted`].
+    pub fn new(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Self> {
+        inputs.record.validate()?;
+        let cells = {
+            let _phase = run.phase("cells", 1);
+            run.install(|| Cells::new(&world.geometry, inputs.near_cell))?
+        };
+        let (radiosity, proxy_stats) = solve(world, &cells, inputs.photon, inputs.seed, run)?;
+        let samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
+        Ok(Self { cells, radiosity, proxy_stats, samples })
+    }
+
+    /// The proxy, borrowed.
+    pub fn proxy(&self) -> Proxy<'_> {
+        Proxy { cells: &self.cells, radiosity: &self.radiosity }
+    }
+
+    /// Statistics that all these methods share.
+    pub fn stats(&self) -> serde_json::Map<String, serde_json::Value> {
+        let proxy = &self.proxy_stats;
+        [
+            ("cells", serde_json::json!(self.cells.len())),
+            ("photons", proxy.photons.into()),
+            ("gathered_sides", proxy.gathered.into()),
+            ("sweeps", proxy.sweeps.into()),
+            ("sweep_residual", f64::from(proxy.residual).into()),
+            ("shading_points", self.samples.points.len().into()),
+        ]
+        .into_iter()
+        .map(|(key, value)| (key.to_owned(), value))
+        .collect()
+    }
+}
