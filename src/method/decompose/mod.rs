@@ -19,6 +19,7 @@
 
 pub mod cluster;
 pub mod far;
+pub mod filter;
 pub mod interpolate;
 pub mod near;
 pub mod near_rays;

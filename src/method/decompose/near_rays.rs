@@ -8,6 +8,7 @@
 //!
 //! Guarantees  unbiased for the visible near cells, whatever hides what; any number of SH bands. Not: noise-free. Cost  M short rays a point.
 
+use super::filter::NearPart;
 use super::{DecomposeSettings, membership};
 use crate::math::{Frame, Ray};
 use crate::photon::Proxy;
@@ -30,10 +31,10 @@ pub fn near_by_rays(
     alpha: f32,
     seed: u64,
     element: u64,
-) -> (Rgb, u32) {
+) -> (NearPart, u32) {
     let sobol = Sobol::new(seed, Stream::Near, element);
     let frame = Frame::from_normal(ns);
-    let (mut sum, mut hits) = (Rgb::ZERO, 0);
+    let (mut sum, mut closeness, mut hits) = (Rgb::ZERO, 0.0, 0);
     for r in 0..settings.near_rays {
         let wi = frame.world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 0)));
         if wi.dot(ng) <= 0.0 {
@@ -46,8 +47,10 @@ pub fn near_by_rays(
         let m = membership(proxy.cells.centroids[cell as usize].distance(p), alpha);
         if m > 0.0 {
             sum += (incident.radiance - sh.radiance(wi)) * m;
+            closeness += m / incident.t;
             hits += 1;
         }
     }
-    (sum * (std::f32::consts::PI / settings.near_rays as f32), hits)
+    let rays = settings.near_rays as f32;
+    (NearPart { irradiance: sum * (std::f32::consts::PI / rays), closeness: closeness / rays }, hits)
 }

@@ -6,6 +6,7 @@
 
 use rayon::prelude::*;
 
+use super::filter::{NearPart, filter};
 use super::interpolate::FarField;
 use super::near::{NearQuery, NearTree};
 use super::near_rays::near_by_rays;
@@ -30,6 +31,8 @@ pub struct PointIrradiance {
     pub cluster: u32,
     /// Near cells that took part.
     pub near_cells: u32,
+    /// Closeness of what is near, 1/length (short rays only).
+    pub closeness: f32,
 }
 
 /// Irradiance at `p` with unit normal `n` for a given far field.
@@ -59,7 +62,7 @@ pub fn point(
     };
     let scale = if settings.overlap == Overlap::Scale { overlap_scale(far, covered, near.form_factor) } else { 1.0 };
     let total = (far + (near.sent - covered) * scale).max(Rgb::ZERO);
-    (PointIrradiance { total, far, cluster: 0, near_cells: near.cells }, u64::from(near.rays))
+    (PointIrradiance { total, far, cluster: 0, near_cells: near.cells, closeness: 0.0 }, u64::from(near.rays))
 }
 
 /// The largest k ≤ 1 for which the near cells cover neither more than the hemisphere nor, in any channel, more than the far field holds.
@@ -108,7 +111,7 @@ pub fn reconstruct(
                             rays += u64::from(settings.near_rays);
                             let far = sh.irradiance(n);
                             let (near, near_cells) = near_by_rays(world, proxy, &sh, p, points.ng[i], n, settings, alpha, seed, i as u64);
-                            return PointIrradiance { total: (far + near).max(Rgb::ZERO), far, cluster, near_cells };
+                            return PointIrradiance { total: far + near.irradiance, far, cluster, near_cells, closeness: near.closeness };
                         }
                         let mut rng = Rng::new(seed, Stream::Near, i as u64, 0);
                         let (found, shot) = point(world, tree, &sh, p, n, settings, alpha, &mut rng);
@@ -122,5 +125,14 @@ pub fn reconstruct(
             .collect()
     });
     run.check()?;
-    Ok(blocks.concat())
+    let mut found = blocks.concat();
+    if settings.near_visibility == NearVisibility::Rays {
+        if settings.near_filter > 0 {
+            let near: Vec<NearPart> = found.iter().map(|f| NearPart { irradiance: f.total - f.far, closeness: f.closeness }).collect();
+            let near = run.install(|| filter(points, &near, world.camera.width, settings.near_filter, settings.near_filter_reach));
+            found.iter_mut().zip(near).for_each(|(f, near)| f.total = f.far + near);
+        }
+        found.iter_mut().for_each(|f| f.total = f.total.max(Rgb::ZERO));
+    }
+    Ok(found)
 }

@@ -144,6 +144,10 @@ pub struct DecomposeSettings {
     pub near_visibility: NearVisibility,
     /// Rays per shading point with `near_visibility = "rays"`.
     pub near_rays: u32,
+    /// Window radius of the filter over their noise, pixels; 0: off.
+    pub near_filter: u32,
+    /// Reach of the filter as a fraction of the mean distance to what is near.
+    pub near_filter_reach: f32,
     /// Rule for overlapping near cells.
     pub overlap: Overlap,
 }
@@ -166,6 +170,8 @@ impl Default for DecomposeSettings {
             near_samples: 4,
             near_visibility: NearVisibility::default(),
             near_rays: 16,
+            near_filter: 4,
+            near_filter_reach: 0.12,
             overlap: Overlap::default(),
         }
     }
@@ -194,6 +200,8 @@ impl DecomposeSettings {
         range("record_stride", (1..=64).contains(&self.record_stride), "must be in 1..=64")?;
         range("ridge", self.ridge.is_finite() && self.ridge >= 0.0, "must be finite and not negative")?;
         range("near_samples", (1..=4096).contains(&self.near_samples), "must be in 1..=4096")?;
+        range("near_filter", self.near_filter <= 64, "must be in 0..=64")?;
+        range("near_filter_reach", self.near_filter_reach > 0.0 && self.near_filter_reach.is_finite(), "must be positive")?;
         range("near_rays", (1..=65_536).contains(&self.near_rays), "must be in 1..=65536")?;
         range("cluster_normal_cos", (-1.0..=1.0).contains(&self.cluster_normal_cos), "must be in -1..=1")?;
         range("blend_normal_power", self.blend_normal_power >= 0.0, "must not be negative")?;
