@@ -202,10 +202,10 @@ impl std::fmt::Display for Ratio {
     }
 }
 
-/// Errors at which two curves are worth comparing: `anchor` times powers of two that `base` reaches, falling; always `anchor` itself.
-pub fn levels(base: &Curve, anchor: f64) -> Vec<f64> {
-    let (Some(first), Some(last)) = (base.points.first(), base.points.last()) else { return vec![anchor] };
-    (-3..=4).rev().map(|k| anchor * 2f64.powi(k)).filter(|&e| e == anchor || (e <= first.1 && e >= last.1)).collect()
+/// Errors at which two curves are worth comparing, falling: those of the base's own points, and twice, four and eight times its largest.
+pub fn levels(base: &Curve) -> Vec<f64> {
+    let Some(first) = base.points.first() else { return Vec::new() };
+    [8.0, 4.0, 2.0].map(|k| k * first.1).into_iter().chain(base.points.iter().map(|p| p.1)).collect()
 }
 
 #[cfg(test)]
@@ -282,9 +282,8 @@ mod tests {
     }
 
     #[test]
-    fn levels_stay_on_the_curve() {
-        let c = Curve::new([(1.0, 0.4), (2.0, 0.1), (4.0, 0.03)]);
-        assert_eq!(levels(&c, 0.1), [0.4, 0.2, 0.1, 0.05]);
-        assert_eq!(levels(&c, 1.0), [1.0, 0.25, 0.125]);
+    fn levels_go_beyond_what_is_cheapest() {
+        assert_eq!(levels(&Curve::new([(1.0, 0.5), (2.0, 0.1), (4.0, 0.03)])), [4.0, 2.0, 1.0, 0.5, 0.1, 0.03]);
+        assert!(levels(&Curve::default()).is_empty());
     }
 }

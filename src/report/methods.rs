@@ -169,7 +169,7 @@ pub fn verdict(rows: &[Row], points: &[ForeignPoint], against: Against) -> Optio
     let curves: Vec<(&str, Curve)> = names.iter().map(|l| (*l, time_curve(rows, l, against))).filter(|(_, c)| !c.points().is_empty()).collect();
     let (base, curve) = curves.iter().find(|(l, _)| *l == "decomposition").or_else(|| curves.first())?;
     let default_error = rows.iter().filter(|r| r.line == *base && r.default).find_map(|r| r.error(against)).filter(|e| *e > 0.0);
-    let levels = levels(curve, default_error.unwrap_or(curve.points()[curve.points().len() / 2].1));
+    let levels = levels(curve);
     let others = || curves.iter().filter(|(l, _)| l != base);
     let times: Vec<f64> = curve.points().iter().map(|p| p.0).collect();
     let row = |line: &str, ratios| VerdictRow { line: line.to_owned(), ratios };
