@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise")]
 
 mod architecture;
+mod bench;
 mod broken;
 mod cli;
 mod conformance;

@@ -24,22 +24,22 @@ use crate::report::{Comparison, Reference, compare, read_reference};
 #[command(next_help_heading = "Options of --methods")]
 pub(super) struct MethodsOptions {
     /// Lines to draw; default all: decomposition, hessian, production-2006, split-sphere, gather, path, photon-map.
-    #[arg(long, value_name = "LINES", value_delimiter = ',')]
+    #[arg(long, requires = "methods", value_name = "LINES", value_delimiter = ',')]
     only: Vec<String>,
     /// Values of a line's knob, or of another KEY, which makes a line of its own; further settings after ";". May be repeated.
-    #[arg(long, value_name = "LINE[:KEY]=V,V[;KEY=V]", value_parser = parse_sweep)]
+    #[arg(long, requires = "methods", value_name = "LINE[:KEY]=V,V[;KEY=V]", value_parser = parse_sweep)]
     sweep: Vec<Sweep>,
     /// Measure errors also to a gather of so many rays per point through the same proxy: what decomposition and caching can at best reach.
-    #[arg(long, num_args = 0..=1, default_missing_value = "4096", value_name = "RAYS", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    #[arg(long, requires = "methods", num_args = 0..=1, default_missing_value = "4096", value_name = "RAYS", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     gather_reference: Option<u32>,
     /// An image of another renderer and its CPU seconds; may be repeated.
-    #[arg(long, value_name = "NAME,SECONDS,FILE.exr", value_parser = parse_point)]
+    #[arg(long, requires = "methods", value_name = "NAME,SECONDS,FILE.exr", value_parser = parse_point)]
     point: Vec<Point>,
     /// Work folder: images and figures stay there, and are used again; default out/bench-SCENE.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, requires = "methods", value_name = "DIR")]
     output: Option<PathBuf>,
     /// Write the chart: error over CPU seconds.
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, requires = "methods", value_name = "FILE.svg")]
     chart: Option<PathBuf>,
 }
 
@@ -85,7 +85,7 @@ const LINES: [Line; 7] = [
         method: "irradiance-cache",
         fixed: &[("cache.mode", "production-2006")],
         knob: "cache.error",
-        values: &["0.8", "0.4", "0.2", "0.1"],
+        values: &["0.4", "0.2", "0.1", "0.05"],
         with_default: false,
     },
     Line {

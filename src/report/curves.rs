@@ -230,7 +230,7 @@ mod tests {
         let c = Curve::new([1.0, 2.0, 10.0, 64.0].map(|c: f64| (c, 3.0 * c.powf(-1.5))));
         for cost in [1.0, 1.7, 2.0, 5.0, 30.0, 64.0] {
             let error = 3.0 * f64::powf(cost, -1.5);
-            let (At::Known(found), At::Known(back)) = (c.error_at(cost), c.cost_at(error * (1.0 + 1e-15))) else { panic!("{cost}") };
+            let (At::Known(found), At::Known(back)) = (c.error_at(cost), c.cost_at(error)) else { panic!("{cost}") };
             assert!(near(found, error) && (back / cost - 1.0).abs() < 1e-9, "{cost}: {found} {back}");
         }
         assert_eq!(c.cost_at(5.0), At::AtMost(1.0));
