@@ -1,7 +1,7 @@
 //! The chart of a comparison of methods: error over CPU seconds, both logarithmic, one line a method, as SVG.
 //!
 //! Points carry the value of their knob; a ring marks the default. The dashed line is the 1/samples law beyond the last measured point.
-//! Images of other renderers are triangles with their names. Text is left to the viewer's sans-serif font.
+//! Images of other renderers are triangles with their names. An error that is not above 0 (a picture as good as its reference) cannot be drawn. Text is left to the viewer's sans-serif font.
 
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
