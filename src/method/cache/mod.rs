@@ -1,0 +1,6 @@
+//! Irradiance caching.
+
+pub mod hemisphere;
+pub mod hessian;
+pub mod measure;
+pub mod ward;
