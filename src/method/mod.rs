@@ -20,6 +20,8 @@ pub enum Method {
     /// Irradiance decomposition in three passes.
     #[default]
     Decomposition,
+    /// Irradiance caching: few records, extrapolated and blended.
+    IrradianceCache,
     /// Final gathering through the proxy at every point: what decomposition and caching can at best reach.
     Gather,
     /// Unidirectional path tracing: the ground truth.
