@@ -1,5 +1,6 @@
 //! Irradiance caching.
 
+pub mod edges;
 pub mod hemisphere;
 pub mod hessian;
 pub mod measure;
