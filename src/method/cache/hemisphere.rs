@@ -73,6 +73,17 @@ impl Grid {
             }
         }
     }
+    /// Local direction of a corner of square strata, 0..=side each; the zenith for other grids.
+    pub fn corner(self, x: usize, y: usize) -> Vec3 {
+        match self {
+            Self::Square { side } => {
+                let rim = x % side == 0 || y % side == 0;
+                let wi = sample_cosine_hemisphere(Vec2::new(x as f32, y as f32) / side as f32);
+                if rim { wi.with_z(0.0) } else { wi }
+            }
+            Self::Polar { .. } => Vec3::Z,
+        }
+    }
     /// Strata beside a stratum.
     pub fn neighbours(self, stratum: usize) -> [Option<usize>; 4] {
         match self {
@@ -158,7 +169,7 @@ impl Hemisphere {
     }
 
     /// Shoots `extra` further rays into every stratum that differs from a neighbour by more than `share` of the irradiance, and keeps the
-    /// mean radiance and the mean inverse distance of all its rays; at most `limit` rays, the strata that differ most first. Rays shot.
+    /// mean radiance and the smallest distance of all its rays; at most `limit` rays, the strata that differ most first. Rays shot.
     pub fn supersample(&mut self, world: &World, proxy: Proxy<'_>, p: Vec3, ng: Vec3, frame: &Frame, share: f32, extra: u32, limit: u32, rng: &mut Rng) -> u32 {
         let n = self.radiance.len();
         let threshold = share * self.radiance.iter().map(|l| f64::from(l.element_sum())).sum::<f64>() as f32;
@@ -184,7 +195,7 @@ impl Hemisphere {
                 let weight = 1.0 / (already + 1) as f32;
                 let (l, k) = (self.radiance[i], self.inverse_distance[i]);
                 self.radiance[i] = l + (radiance - l) * weight;
-                self.inverse_distance[i] = k + (inverse - k) * weight;
+                self.inverse_distance[i] = k.max(inverse);
             }
         }
         chosen.len() as u32 * extra
