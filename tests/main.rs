@@ -3,6 +3,7 @@
 
 mod architecture;
 mod broken;
+mod cache_record;
 mod cli;
 mod conformance;
 mod convergence;

@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::measure::measure;
+use super::measure::{MeasureSettings, measure};
 use super::octree::Octree;
 use super::record::CacheRecord;
 use super::settings::CacheSettings;
@@ -156,7 +156,18 @@ impl Cache {
                         .map(|&i| {
                             let start = Instant::now();
                             let key = points.p[i].to_array().iter().fold(0, |h, v| hash64(h ^ u64::from(v.to_bits())));
-                            let m = measure(world, proxy, points.p[i], points.ng[i], points.ns[i], rays, rule.derivatives(), seed, key);
+                            let m = measure(
+                                world,
+                                proxy,
+                                points.p[i],
+                                points.ng[i],
+                                points.ns[i],
+                                rays,
+                                rule.derivatives(),
+                                &MeasureSettings::default(),
+                                seed,
+                                key,
+                            );
                             nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
                             (rule.record(&m, points.p[i], points.ns[i], points.footprint[i]), m.rays)
                         })

@@ -73,6 +73,35 @@ impl Grid {
             }
         }
     }
+    /// Local direction of a corner of square strata, 0..=side each; the zenith for other grids.
+    pub fn corner(self, x: usize, y: usize) -> Vec3 {
+        match self {
+            Self::Square { side } => {
+                let rim = x % side == 0 || y % side == 0;
+                let wi = sample_cosine_hemisphere(Vec2::new(x as f32, y as f32) / side as f32);
+                if rim { wi.with_z(0.0) } else { wi }
+            }
+            Self::Polar { .. } => Vec3::Z,
+        }
+    }
+    /// Strata beside a stratum.
+    pub fn neighbours(self, stratum: usize) -> [Option<usize>; 4] {
+        match self {
+            Self::Polar { rings, sectors } => {
+                let (ring, sector) = (stratum / sectors, stratum % sectors);
+                [
+                    Some(ring * sectors + (sector + 1) % sectors),
+                    Some(ring * sectors + (sector + sectors - 1) % sectors),
+                    (ring > 0).then(|| stratum - sectors),
+                    (ring + 1 < rings).then_some(stratum + sectors),
+                ]
+            }
+            Self::Square { side } => {
+                let (x, y) = (stratum % side, stratum / side);
+                [(x > 0).then(|| stratum - 1), (x + 1 < side).then_some(stratum + 1), (y > 0).then(|| stratum - side), (y + 1 < side).then_some(stratum + side)]
+            }
+        }
+    }
     /// Range of sin θ of a stratum (of its square ring for [`Grid::Square`]).
     pub fn sin_range(self, stratum: usize) -> [f32; 2] {
         match self {
@@ -139,10 +168,50 @@ impl Hemisphere {
         out
     }
 
+    /// Shoots `extra` further rays into every stratum that differs from a neighbour by more than `share` of the irradiance, and keeps the
+    /// mean radiance and the smallest distance of all its rays; at most `limit` rays, the strata that differ most first. Rays shot.
+    pub fn supersample(&mut self, world: &World, proxy: Proxy<'_>, p: Vec3, ng: Vec3, frame: &Frame, share: f32, extra: u32, limit: u32, rng: &mut Rng) -> u32 {
+        let n = self.radiance.len();
+        let threshold = share * self.radiance.iter().map(|l| f64::from(l.element_sum())).sum::<f64>() as f32;
+        let mut chosen: Vec<(f32, usize)> = (0..n)
+            .map(|i| {
+                let here = self.radiance[i].element_sum();
+                let most = self.grid.neighbours(i).into_iter().flatten().map(|j| (self.radiance[j].element_sum() - here).abs()).fold(0.0, f32::max);
+                (most, i)
+            })
+            .filter(|&(most, i)| most > threshold && self.above[i])
+            .collect();
+        chosen.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        chosen.truncate((limit / extra.max(1)) as usize);
+        for &(_, i) in &chosen {
+            for already in 1..=extra {
+                let wi = frame.world_from_local(self.grid.direction(i, rng.next_2d()));
+                let (radiance, inverse) = if wi.dot(ng) > 0.0 {
+                    let incident = proxy.incident(world, &Ray::new(p, wi));
+                    (incident.radiance, 1.0 / incident.t)
+                } else {
+                    (Rgb::ZERO, 0.0)
+                };
+                let weight = 1.0 / (already + 1) as f32;
+                let (l, k) = (self.radiance[i], self.inverse_distance[i]);
+                self.radiance[i] = l + (radiance - l) * weight;
+                self.inverse_distance[i] = k.max(inverse);
+            }
+        }
+        chosen.len() as u32 * extra
+    }
+
     /// Irradiance.
     pub fn irradiance(&self) -> Rgb {
         let sum: glam::DVec3 = self.radiance.iter().map(|l| l.as_dvec3()).sum();
         (sum * (std::f64::consts::PI / self.radiance.len() as f64)).as_vec3()
+    }
+
+    /// Mean radiance of the directions above the geometric horizon; exactly the radiance of a constant environment.
+    pub fn mean_above(&self) -> Rgb {
+        let count = self.above.iter().filter(|&&above| above).count();
+        let sum: glam::DVec3 = self.radiance.iter().map(|l| l.as_dvec3()).sum();
+        (sum / count.max(1) as f64).as_vec3()
     }
 
     /// Rotational gradient, local, per channel: E(N) ≈ E + (n × N) · g.

@@ -1,12 +1,13 @@
 //! One record: irradiance, its derivatives and what bounds its reach, from one set of rays.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::hemisphere::{Grid, Hemisphere};
 use super::{hessian, ward};
 use crate::math::Frame;
 use crate::photon::Proxy;
 use crate::radiometry::Rgb;
+use crate::sampling::{Rng, Stream};
 use crate::shading::World;
 
 /// What is measured beside irradiance and distances.
@@ -54,77 +55,176 @@ pub struct Measured {
     pub standard_error: f32,
 }
 
+/// How records are kept from noise.
+#[derive(Clone, Copy, Debug)]
+pub struct MeasureSettings {
+    /// Relative standard error above which a record is measured with further rays.
+    pub noise: f32,
+    /// Most rays of a record, in units of `rays`.
+    pub noise_rays_max: u32,
+    /// Share of the irradiance by which a stratum may differ from its neighbours before it gets further rays; infinite: none do.
+    pub outlier: f32,
+    /// Further rays of such a stratum.
+    pub outlier_rays: u32,
+}
+
+impl Default for MeasureSettings {
+    fn default() -> Self {
+        Self { noise: f32::INFINITY, noise_rays_max: 4, outlier: 0.02, outlier_rays: 16 }
+    }
+}
+
 /// Measures the record at `p` (already lifted off the surface). Keyed by (seed, element).
-pub fn measure(world: &World, proxy: Proxy<'_>, p: Vec3, ng: Vec3, ns: Vec3, rays: u32, derivatives: Derivatives, seed: u64, element: u64) -> Measured {
+pub fn measure(
+    world: &World,
+    proxy: Proxy<'_>,
+    p: Vec3,
+    ng: Vec3,
+    ns: Vec3,
+    rays: u32,
+    derivatives: Derivatives,
+    settings: &MeasureSettings,
+    seed: u64,
+    element: u64,
+) -> Measured {
     let frame = Frame::from_normal(ns);
-    let grid = if derivatives == Derivatives::WardHeckbert { Grid::polar(rays) } else { Grid::square(rays) };
-    let hemisphere = Hemisphere::shoot(world, proxy, p, ng, &frame, grid, seed, element, 0);
-    summarise(&hemisphere, &frame, derivatives)
+    let limit = u64::from(rays) * u64::from(settings.noise_rays_max);
+    let mut sum = Sum::default();
+    for round in 0.. {
+        let rays = if round == 0 { rays } else { sum.rays };
+        let grid = if derivatives == Derivatives::WardHeckbert { Grid::polar(rays) } else { Grid::square(rays) };
+        let mut hemisphere = Hemisphere::shoot(world, proxy, p, ng, &frame, grid, seed, element, 2 * round);
+        let mut shot = hemisphere.radiance.len() as u32;
+        if settings.outlier < f32::INFINITY {
+            let mut rng = Rng::new(seed, Stream::Cache, element, 2 * round + 1);
+            let left = limit.saturating_sub(u64::from(sum.rays + shot)).min(u64::from(u32::MAX)) as u32;
+            shot += hemisphere.supersample(world, proxy, p, ng, &frame, settings.outlier, settings.outlier_rays, left, &mut rng);
+        }
+        sum.add(&hemisphere, derivatives, shot);
+        if sum.standard_error() <= settings.noise || 2 * u64::from(sum.rays) > limit {
+            break;
+        }
+    }
+    sum.finish(&frame, derivatives)
 }
 
-/// The record of a hemisphere.
+/// The record of one hemisphere.
 pub fn summarise(hemisphere: &Hemisphere, frame: &Frame, derivatives: Derivatives) -> Measured {
-    let n = hemisphere.radiance.len();
-    let world = |g: [Vec3; 3]| g.map(|g| frame.world_from_local(g));
-    let (mut inverse_sum, mut nearest, mut low_occluder) = (0.0f64, 0.0f32, [f32::INFINITY; SECTORS]);
-    for (wi, &k) in hemisphere.direction.iter().zip(&hemisphere.inverse_distance) {
-        inverse_sum += f64::from(k);
-        if wi.z > GRAZING {
-            nearest = nearest.max(k);
-        }
-        if wi.z < LOW && k > 0.0 {
-            let turn = wi.y.atan2(wi.x) / std::f32::consts::TAU;
-            let sector = (((turn + 1.0).fract() * SECTORS as f32) as usize).min(SECTORS - 1);
-            low_occluder[sector] = low_occluder[sector].min(1.0 / k);
-        }
-    }
-    let mut out = Measured {
-        irradiance: hemisphere.irradiance(),
-        gradient_rotation: [Vec3::ZERO; 3],
-        gradient_translation: [Vec3::ZERO; 3],
-        distance_harmonic: (n as f64 / inverse_sum) as f32,
-        distance_min: 1.0 / nearest,
-        curvature_axis: frame.s,
-        curvature: [0.0; 2],
-        low_occluder,
-        rays: n as u32,
-        standard_error: standard_error(hemisphere),
-    };
-    if derivatives != Derivatives::None {
-        out.gradient_rotation = world(hemisphere.gradient_rotation());
-    }
-    match derivatives {
-        Derivatives::None => {}
-        Derivatives::WardHeckbert => out.gradient_translation = world(ward::gradient_translation(hemisphere)),
-        Derivatives::OcclusionHessian => {
-            let found = hessian::derivatives(hemisphere);
-            out.gradient_translation = world(found.gradient);
-            let (values, axis) = hessian::eigen(found.hessian);
-            out.curvature = values.map(f32::abs);
-            out.curvature_axis = frame.world_from_local(axis.extend(0.0));
-        }
-    }
-    out
+    let mut sum = Sum::default();
+    sum.add(hemisphere, derivatives, hemisphere.radiance.len() as u32);
+    sum.finish(frame, derivatives)
 }
 
-fn standard_error(hemisphere: &Hemisphere) -> f32 {
-    let row = match hemisphere.grid {
-        Grid::Polar { sectors, .. } => sectors,
-        Grid::Square { side } => side,
-    };
+/// Hemispheres of one point, each weighted by its strata; local frame.
+#[derive(Debug)]
+struct Sum {
+    strata: f64,
+    rays: u32,
+    irradiance: DVec3,
+    /// Σ squares of (strata · standard error of the sum of channels).
+    variance: f64,
+    rotation: [Vec3; 3],
+    translation: [Vec3; 3],
+    /// Of the irradiance summed over channels.
+    hessian: [f32; 3],
+    inverse_distance: f64,
+    inverse_nearest: f32,
+    low_occluder: [f32; SECTORS],
+}
+
+impl Default for Sum {
+    fn default() -> Self {
+        Self {
+            strata: 0.0,
+            rays: 0,
+            irradiance: DVec3::ZERO,
+            variance: 0.0,
+            rotation: [Vec3::ZERO; 3],
+            translation: [Vec3::ZERO; 3],
+            hessian: [0.0; 3],
+            inverse_distance: 0.0,
+            inverse_nearest: 0.0,
+            low_occluder: [f32::INFINITY; SECTORS],
+        }
+    }
+}
+
+impl Sum {
+    fn add(&mut self, hemisphere: &Hemisphere, derivatives: Derivatives, rays: u32) {
+        let n = hemisphere.radiance.len() as f32;
+        self.strata += f64::from(n);
+        self.rays += rays;
+        let irradiance = hemisphere.irradiance();
+        self.irradiance += irradiance.as_dvec3() * f64::from(n);
+        self.variance += (f64::from(n) * standard_error(hemisphere)).powi(2);
+        for (wi, &k) in hemisphere.direction.iter().zip(&hemisphere.inverse_distance) {
+            self.inverse_distance += f64::from(k);
+            if wi.z > GRAZING {
+                self.inverse_nearest = self.inverse_nearest.max(k);
+            }
+            if wi.z < LOW && k > 0.0 {
+                let turn = wi.y.atan2(wi.x) / std::f32::consts::TAU;
+                let sector = (((turn + 1.0).fract() * SECTORS as f32) as usize).min(SECTORS - 1);
+                self.low_occluder[sector] = self.low_occluder[sector].min(1.0 / k);
+            }
+        }
+        let add = |sum: &mut [Vec3; 3], g: [Vec3; 3]| {
+            for (sum, g) in sum.iter_mut().zip(g) {
+                *sum += g * n;
+            }
+        };
+        if derivatives != Derivatives::None {
+            add(&mut self.rotation, hemisphere.gradient_rotation());
+        }
+        match derivatives {
+            Derivatives::None => {}
+            Derivatives::WardHeckbert => add(&mut self.translation, ward::gradient_translation(hemisphere)),
+            Derivatives::OcclusionHessian => {
+                let found = hessian::derivatives(hemisphere);
+                add(&mut self.translation, found.gradient);
+                for (sum, h) in self.hessian.iter_mut().zip(found.hessian) {
+                    *sum += h * n * irradiance.element_sum();
+                }
+            }
+        }
+    }
+
+    /// Relative.
+    fn standard_error(&self) -> f32 {
+        let sum = self.irradiance.element_sum();
+        if sum > 0.0 { (self.variance.sqrt() / sum) as f32 } else { 0.0 }
+    }
+
+    fn finish(&self, frame: &Frame, derivatives: Derivatives) -> Measured {
+        let share = 1.0 / self.strata as f32;
+        let world = |g: [Vec3; 3]| g.map(|g| frame.world_from_local(g * share));
+        let scale = self.irradiance.element_sum() as f32;
+        let (curvature, axis) = hessian::eigen(if scale > 0.0 { self.hessian.map(|h| h / scale) } else { [0.0; 3] });
+        Measured {
+            irradiance: (self.irradiance / self.strata).as_vec3(),
+            gradient_rotation: world(self.rotation),
+            gradient_translation: world(self.translation),
+            distance_harmonic: (self.strata / self.inverse_distance) as f32,
+            distance_min: 1.0 / self.inverse_nearest,
+            curvature_axis: if derivatives == Derivatives::OcclusionHessian { frame.world_from_local(axis.extend(0.0)) } else { frame.s },
+            curvature: curvature.map(f32::abs),
+            low_occluder: self.low_occluder,
+            rays: self.rays,
+            standard_error: self.standard_error(),
+        }
+    }
+}
+
+/// Of the irradiance summed over channels: half the mean square between neighbouring strata is their variance.
+fn standard_error(hemisphere: &Hemisphere) -> f64 {
     let n = hemisphere.radiance.len();
     let value = |i: usize| f64::from(hemisphere.radiance[i].element_sum());
-    let (mut squares, mut count, mut sum) = (0.0, 0u32, 0.0);
+    let (mut squares, mut count) = (0.0, 0u32);
     for i in 0..n {
-        sum += value(i);
-        if (i + 1) % row != 0 {
-            squares += (value(i) - value(i + 1)).powi(2);
-            count += 1;
-        }
-        if i + row < n {
-            squares += (value(i) - value(i + row)).powi(2);
+        for j in hemisphere.grid.neighbours(i).into_iter().flatten().filter(|&j| j > i) {
+            squares += (value(i) - value(j)).powi(2);
             count += 1;
         }
     }
-    if sum == 0.0 { 0.0 } else { ((squares / (2.0 * f64::from(count)) * n as f64).sqrt() / sum) as f32 }
+    std::f64::consts::PI * (squares / (2.0 * f64::from(count)) / n as f64).sqrt()
 }

@@ -9,7 +9,7 @@
 //! | File | Job |
 //! |---|---|
 //! | `settings` | [`CacheSettings`] |
-//! | `hemisphere`, `ward`, `hessian`, `measure` | one record: rays, gradients, Hessian, distances |
+//! | `hemisphere`, `ward`, `edges`, `hessian`, `measure` | one record: rays, gradients, Hessian, distances |
 //! | `validity` | how far a record reaches, its weight, who leaks |
 //! | `record` | [`CacheRecord`]: what is kept of a measurement |
 //! | `octree` | spheres around a point |
@@ -21,6 +21,7 @@
 //! Guarantees: bit-identical for any thread count; after the fill every shading point is within reach of a record; weights are continuous.
 //! Not guaranteed: that no feature smaller than the distance between records is missed.
 
+pub mod edges;
 pub mod fill;
 pub mod hemisphere;
 pub mod hessian;
