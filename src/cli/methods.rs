@@ -62,7 +62,7 @@ pub(super) struct Point {
 /// A method, the settings that make it this line, and its knob.
 struct Line {
     name: &'static str,
-    method: &'static str,
+    method: Method,
     fixed: &'static [(&'static str, &'static str)],
     knob: &'static str,
     values: &'static [&'static str],
@@ -71,10 +71,10 @@ struct Line {
 }
 
 const LINES: [Line; 7] = [
-    Line { name: "decomposition", method: "decomposition", fixed: &[], knob: "decompose.alpha", values: &["4%", "2%", "1%", "0.5%"], with_default: true },
+    Line { name: "decomposition", method: Method::Decomposition, fixed: &[], knob: "decompose.alpha", values: &["4%", "2%", "1%", "0.5%"], with_default: true },
     Line {
         name: "hessian",
-        method: "irradiance-cache",
+        method: Method::IrradianceCache,
         fixed: &[("cache.mode", "hessian")],
         knob: "cache.error",
         values: &["0.4", "0.2", "0.1", "0.05"],
@@ -82,7 +82,7 @@ const LINES: [Line; 7] = [
     },
     Line {
         name: "production-2006",
-        method: "irradiance-cache",
+        method: Method::IrradianceCache,
         fixed: &[("cache.mode", "production-2006")],
         knob: "cache.error",
         values: &["0.4", "0.2", "0.1", "0.05"],
@@ -90,15 +90,15 @@ const LINES: [Line; 7] = [
     },
     Line {
         name: "split-sphere",
-        method: "irradiance-cache",
+        method: Method::IrradianceCache,
         fixed: &[("cache.mode", "split-sphere")],
         knob: "cache.error",
         values: &["0.4", "0.2", "0.1", "0.05"],
         with_default: false,
     },
-    Line { name: "gather", method: "gather", fixed: &[], knob: "gather.rays", values: &["4", "16", "64", "256"], with_default: false },
-    Line { name: "path", method: "path", fixed: &[], knob: "path.spp", values: &["1", "4", "16", "64"], with_default: false },
-    Line { name: "photon-map", method: "photon-map", fixed: &[], knob: "photon.count", values: &[], with_default: true },
+    Line { name: "gather", method: Method::Gather, fixed: &[], knob: "gather.rays", values: &["4", "16", "64", "256"], with_default: false },
+    Line { name: "path", method: Method::Path, fixed: &[], knob: "path.spp", values: &["1", "4", "16", "64"], with_default: false },
+    Line { name: "photon-map", method: Method::PhotonMap, fixed: &[], knob: "photon.count", values: &[], with_default: true },
 ];
 
 /// One configuration of the comparison.
@@ -160,7 +160,7 @@ fn same(a: &Value, b: &Value) -> bool {
 }
 
 /// All configurations, every setting checked.
-fn entries(options: &MethodsOptions, settings: &Table, quiet: bool) -> Result<Vec<Entry>> {
+fn entries(options: &MethodsOptions, settings: &Table) -> Result<Vec<Entry>> {
     for name in &options.only {
         check_line(name).map_err(|e| Error::Usage(format!("--only: {e}")))?;
     }
@@ -170,15 +170,6 @@ fn entries(options: &MethodsOptions, settings: &Table, quiet: bool) -> Result<Ve
         let own: Vec<&Sweep> = options.sweep.iter().filter(|s| s.line == line.name).collect();
         if !wanted && own.is_empty() {
             continue;
-        }
-        if <Method as clap::ValueEnum>::from_str(line.method, false).is_err() {
-            if options.only.is_empty() && own.is_empty() {
-                if !quiet {
-                    eprintln!("note: line {} left out: this build has no --method {}", line.name, line.method);
-                }
-                continue;
-            }
-            return Err(Error::Usage(format!("line {}: this build has no --method {}", line.name, line.method)));
         }
         let default = lookup(settings, line.knob);
         let plain: Vec<&&Sweep> = own.iter().filter(|s| s.key.is_none()).collect();
@@ -217,7 +208,8 @@ fn entry(line: &Line, name: String, knob: &str, value: String, settings: &Table)
         config::set(&mut changed, key, config::parse_value(value))?;
     }
     RenderConfig::from_table(changed).map_err(|e| Error::Usage(format!("line {name}: {e}")))?;
-    let mut arguments = vec!["--method".to_owned(), line.method.to_owned()];
+    let method = clap::ValueEnum::to_possible_value(&line.method).map_or_else(String::new, |v| v.get_name().to_owned());
+    let mut arguments = vec!["--method".to_owned(), method];
     arguments.extend(assignments.iter().flat_map(|(k, v)| ["--set".to_owned(), format!("{k}={v}")]));
     let configuration = Configuration { name: format!("{name}-{value}"), arguments };
     Ok(Entry { line: name, knob: knob.to_owned(), value, default, configuration })
@@ -251,7 +243,7 @@ pub(super) fn run(scene: &SceneOptions, options: &MethodsOptions, reference: Opt
     }
     let job = scene.prepare(&[], None, cancel)?;
     let settings = job.config.to_table()?;
-    let entries = entries(options, &settings, scene.quiet)?;
+    let entries = entries(options, &settings)?;
     let truth = reference.map(|path| reference_of(path, &job)).transpose()?;
     let mut points = Vec::new();
     for p in &options.point {
@@ -376,16 +368,16 @@ mod tests {
         };
         let mut settings = RenderConfig::default().to_table().unwrap();
         let values = |options: &MethodsOptions, settings: &Table| -> Vec<(String, bool)> {
-            entries(options, settings, true).unwrap().into_iter().map(|e| (e.value, e.default)).collect()
+            entries(options, settings).unwrap().into_iter().map(|e| (e.value, e.default)).collect()
         };
         let plain = values(&options(&[]), &settings);
         assert_eq!(plain.iter().map(|v| v.1).collect::<Vec<_>>(), [false, true, false, false]);
         config::set(&mut settings, "decompose.alpha", Value::Float(0.25)).unwrap();
         assert_eq!(values(&options(&[]), &settings)[4], ("0.25".to_owned(), true));
         assert_eq!(values(&options(&["decomposition=0.25,0.5"]), &settings), [("0.25".to_owned(), true), ("0.5".to_owned(), false)]);
-        let more = entries(&options(&["decomposition:decompose.rays=64"]), &settings, true).unwrap();
+        let more = entries(&options(&["decomposition:decompose.rays=64"]), &settings).unwrap();
         assert_eq!((more.len(), more[5].line.as_str(), more[5].knob.as_str()), (6, "decomposition:decompose.rays", "decompose.rays"));
         assert_eq!(more[5].configuration.arguments, ["--method", "decomposition", "--set", "decompose.rays=64"]);
-        assert!(entries(&options(&["decomposition=many"]), &settings, true).is_err());
+        assert!(entries(&options(&["decomposition=many"]), &settings).is_err());
     }
 }
