@@ -77,7 +77,7 @@ const LINES: [Line; 7] = [
         method: Method::IrradianceCache,
         fixed: &[("cache.mode", "hessian")],
         knob: "cache.error",
-        values: &["0.4", "0.2", "0.1", "0.05"],
+        values: &["0.8", "0.4", "0.2", "0.1", "0.05"],
         with_default: true,
     },
     Line {

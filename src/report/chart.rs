@@ -24,6 +24,24 @@ const SIZE: (u32, u32) = (1000, 680);
 
 type Plane<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogCoord<f64>, LogCoord<f64>>>;
 
+/// Boxes of pixels (left, top, right, bottom) that labels must not cover.
+#[derive(Debug, Default)]
+struct Taken(Vec<[i32; 4]>);
+
+impl Taken {
+    /// Where the text of a label at `at` (pixels) should begin, relative to `at`: the first free place around it, else the first of all.
+    fn place(&mut self, at: (i32, i32), text: &str) -> (i32, i32) {
+        let width = text.chars().count() as i32 * 7 + 2;
+        let sides = [9, -9 - width];
+        let places = [-16, 4, -28, 16, -6].into_iter().flat_map(|dy| sides.map(|dx| (dx, dy)));
+        let covers = |(dx, dy): (i32, i32)| [at.0 + dx, at.1 + dy, at.0 + dx + width, at.1 + dy + 12];
+        let free = |b: [i32; 4]| !self.0.iter().any(|o| b[0] < o[2] && o[0] < b[2] && b[1] < o[3] && o[1] < b[3]);
+        let chosen = places.clone().find(|p| free(covers(*p))).unwrap_or((sides[0], -16));
+        self.0.push(covers(chosen));
+        chosen
+    }
+}
+
 #[derive(Debug)]
 struct Line {
     name: String,
@@ -106,12 +124,18 @@ fn draw(
         .x_label_formatter(&|v| tick(*v))
         .y_label_formatter(&|v| tick(*v))
         .draw()?;
+    let mut taken = Taken::default();
+    for at in drawn.iter().flat_map(|l| l.points.iter().map(|p| (p.0, p.1))).chain(foreign.iter().map(|f| f.0)) {
+        let (x, y) = plane.backend_coord(&at);
+        taken.0.push([x - 5, y - 5, x + 5, y + 5]);
+    }
     for line in drawn {
-        draw_line(&mut plane, line)?;
+        draw_line(&mut plane, line, &mut taken)?;
     }
     let grey = RGBColor(40, 40, 40);
     for (at, name) in foreign {
-        plane.draw_series(std::iter::once(EmptyElement::at(*at) + TriangleMarker::new((0, 0), 6, grey.filled()) + label(name, grey)))?;
+        let place = taken.place(plane.backend_coord(at), name);
+        plane.draw_series(std::iter::once(EmptyElement::at(*at) + TriangleMarker::new((0, 0), 6, grey.filled()) + label(name, place, grey)))?;
     }
     plane
         .configure_series_labels()
@@ -124,7 +148,7 @@ fn draw(
     Ok(())
 }
 
-fn draw_line(plane: &mut Plane<'_, '_>, line: &Line) -> std::result::Result<(), Box<dyn std::error::Error>> {
+fn draw_line(plane: &mut Plane<'_, '_>, line: &Line, taken: &mut Taken) -> std::result::Result<(), Box<dyn std::error::Error>> {
     let colour = line.colour;
     plane
         .draw_series(LineSeries::new(line.points.iter().map(|p| (p.0, p.1)), colour.stroke_width(2)))?
@@ -134,17 +158,18 @@ fn draw_line(plane: &mut Plane<'_, '_>, line: &Line) -> std::result::Result<(), 
         plane
             .draw_series(DashedLineSeries::new(line.beyond.iter().copied(), 7, 5, colour.stroke_width(2)))?
             .label(format!("{}, extended by 1/samples", line.name))
-            .legend(move |(x, y)| DashedPathElement::new([(x, y), (x + 22, y)].into_iter(), 5, 4, colour.stroke_width(2)));
+            .legend(move |(x, y)| DashedPathElement::new([(x, y), (x + 22, y)], 5, 4, colour.stroke_width(2)));
     }
-    plane.draw_series(line.points.iter().map(|(x, y, value, default)| {
-        let ring = if *default { 8 } else { 0 };
-        EmptyElement::at((*x, *y)) + Circle::new((0, 0), 4, colour.filled()) + Circle::new((0, 0), ring, colour.stroke_width(2)) + label(value, colour)
-    }))?;
+    for (x, y, value, default) in &line.points {
+        let (ring, place) = (if *default { 8 } else { 0 }, taken.place(plane.backend_coord(&(*x, *y)), value));
+        let marks = EmptyElement::at((*x, *y)) + Circle::new((0, 0), 4, colour.filled()) + Circle::new((0, 0), ring, colour.stroke_width(2));
+        plane.draw_series(std::iter::once(marks + label(value, place, colour)))?;
+    }
     Ok(())
 }
 
-fn label(text: &str, colour: RGBColor) -> Text<'static, (i32, i32), String> {
-    Text::new(text.to_owned(), (9, -16), ("sans-serif", 13).into_font().color(&colour))
+fn label(text: &str, place: (i32, i32), colour: RGBColor) -> Text<'static, (i32, i32), String> {
+    Text::new(text.to_owned(), place, ("sans-serif", 13).into_font().color(&colour))
 }
 
 /// 0.01, 1, 300; 1e-4 and 1e5 beyond.
@@ -194,6 +219,18 @@ mod tests {
         report.points.clear();
         report.rows.iter_mut().for_each(|r| r.truth = None);
         assert!(chart(&report).is_err());
+    }
+
+    #[test]
+    fn labels_keep_off_each_other() {
+        let mut taken = Taken::default();
+        let places: Vec<_> = (0..6).map(|i| taken.place((100 + i, 100), "0.05")).collect();
+        assert_eq!(places[0], (9, -16));
+        for (i, a) in taken.0.iter().enumerate() {
+            for b in &taken.0[..i] {
+                assert!(a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1], "{a:?} {b:?}");
+            }
+        }
     }
 
     #[test]

@@ -48,7 +48,9 @@ pub enum Relation {
     AtMost,
     /// The true ratio is this or more.
     AtLeast,
-    /// One of the two does not get there, or only bounds are known of both.
+    /// Both cheapest points do better: only upper bounds are known of both.
+    BoundsOnly,
+    /// One of the two does not get there.
     NotReached,
 }
 
@@ -180,18 +182,20 @@ fn log_log(a: (f64, f64), b: (f64, f64), x: f64) -> f64 {
 pub fn ratio(other: At, base: At) -> Ratio {
     let extended = matches!(other, At::Extended(_)) || matches!(base, At::Extended(_));
     let relation = match (other, base) {
-        (At::NotReached, _) | (_, At::NotReached) | (At::AtMost(_), At::AtMost(_)) => Relation::NotReached,
+        (At::NotReached, _) | (_, At::NotReached) => Relation::NotReached,
+        (At::AtMost(_), At::AtMost(_)) => Relation::BoundsOnly,
         (At::AtMost(_), _) => Relation::AtMost,
         (_, At::AtMost(_)) => Relation::AtLeast,
         _ => Relation::Equal,
     };
-    let value = if relation == Relation::NotReached { None } else { other.value().zip(base.value()).map(|(o, b)| o / b) };
+    let known = !matches!(relation, Relation::NotReached | Relation::BoundsOnly);
+    let value = other.value().zip(base.value()).filter(|_| known).map(|(o, b)| o / b);
     Ratio { value, relation, extended: extended && value.is_some() }
 }
 
 impl std::fmt::Display for Ratio {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Some(v) = self.value else { return f.pad("not reached") };
+        let Some(v) = self.value else { return f.pad(if self.relation == Relation::BoundsOnly { "bounds only" } else { "not reached" }) };
         let sign = match self.relation {
             Relation::AtMost => "≤ ",
             Relation::AtLeast => "≥ ",
@@ -272,7 +276,7 @@ mod tests {
             (Known(6.0), AtMost(2.0), Some(3.0), Relation::AtLeast, false, "≥ 3.00"),
             (Extended(600.0), Known(2.0), Some(300.0), Relation::Equal, true, "300 e"),
             (Extended(6.0), AtMost(2.0), Some(3.0), Relation::AtLeast, true, "≥ 3.00 e"),
-            (AtMost(6.0), AtMost(2.0), None, Relation::NotReached, false, "not reached"),
+            (AtMost(6.0), AtMost(2.0), None, Relation::BoundsOnly, false, "bounds only"),
             (Known(6.0), NotReached, None, Relation::NotReached, false, "not reached"),
             (NotReached, Known(1.0), None, Relation::NotReached, false, "not reached"),
         ] {

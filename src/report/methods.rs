@@ -81,8 +81,8 @@ pub struct Verdict {
     pub default_error: Option<f64>,
     /// Errors, falling.
     pub levels: Vec<f64>,
-    /// CPU seconds of the base at these errors.
-    pub base_seconds: Vec<Option<f64>>,
+    /// CPU seconds of the base at these errors, over one second.
+    pub base_seconds: Vec<Ratio>,
     /// CPU seconds of a line over the base's, at equal error.
     pub seconds_at_equal_error: Vec<VerdictRow>,
     /// CPU seconds of a foreign point over the base's, at the point's own error: one figure each.
@@ -91,8 +91,8 @@ pub struct Verdict {
     pub times: Vec<f64>,
     /// Error of a line over the base's, at these times.
     pub error_at_equal_seconds: Vec<VerdictRow>,
-    /// Records or clusters of a line at the levels.
-    pub places: Vec<(String, Vec<Option<f64>>)>,
+    /// Records or clusters of a line at the levels, over one.
+    pub places: Vec<VerdictRow>,
     /// Records of production-2006 over those of hessian, at the levels.
     pub records_ratio: Option<VerdictRow>,
 }
@@ -176,6 +176,7 @@ pub fn verdict(rows: &[Row], points: &[ForeignPoint], against: Against) -> Optio
     let levels = levels(curve);
     let others = || curves.iter().filter(|(l, _)| l != base);
     let times: Vec<f64> = curve.points().iter().map(|p| p.0).collect();
+    let plain = |at: At| ratio(at, At::Known(1.0));
     let row = |line: &str, ratios| VerdictRow { line: line.to_owned(), ratios };
     let with_places: Vec<(&str, Curve)> = names.iter().map(|l| (*l, place_curve(rows, l, against))).filter(|(_, c)| !c.points().is_empty()).collect();
     let places_of = |line: &str| with_places.iter().find(|(l, _)| *l == line).map(|(_, c)| c);
@@ -189,20 +190,11 @@ pub fn verdict(rows: &[Row], points: &[ForeignPoint], against: Against) -> Optio
     Some(Verdict {
         base: (*base).to_owned(),
         default_error,
-        base_seconds: levels.iter().map(|&e| curve.cost_at(e).value()).collect(),
+        base_seconds: levels.iter().map(|&e| plain(curve.cost_at(e))).collect(),
         seconds_at_equal_error: others().map(|(l, c)| row(l, levels.iter().map(|&e| ratio(c.cost_at(e), curve.cost_at(e))).collect())).collect(),
         foreign: foreign.collect(),
         error_at_equal_seconds: others().map(|(l, c)| row(l, times.iter().map(|&t| ratio(c.error_at(t), curve.error_at(t))).collect())).collect(),
-        places: with_places
-            .iter()
-            .map(|(l, c)| {
-                let known = |e: &f64| match c.cost_at(*e) {
-                    At::Known(v) => Some(v),
-                    _ => None,
-                };
-                ((*l).to_owned(), levels.iter().map(known).collect())
-            })
-            .collect(),
+        places: with_places.iter().map(|(l, c)| row(l, levels.iter().map(|&e| plain(c.cost_at(e))).collect())).collect(),
         records_ratio,
         levels,
         times,
@@ -291,10 +283,12 @@ impl Verdict {
         let mark = |e: &f64| format!("{e:.2e}{}", if Some(*e) == self.default_error { "*" } else { "" });
         let levels: Vec<String> = self.levels.iter().map(mark).collect();
         if !self.seconds_at_equal_error.is_empty() {
-            head(f, &format!("CPU seconds over those of {base}, at equal error to the {reference} (e: extended by 1/samples)"), &levels)?;
-            write!(f, "{:<28}", format!("{base}, CPU s"))?;
-            self.base_seconds.iter().try_for_each(|s| write!(f, " {:>13}", s.map_or_else(|| "not reached".into(), |s| format!("{s:.2}"))))?;
-            writeln!(f)?;
+            head(
+                f,
+                &format!("CPU seconds over those of {base}, at equal error to the {reference} (≤, ≥: a cheapest point is better; e: extended by 1/samples)"),
+                &levels,
+            )?;
+            of(&VerdictRow { line: format!("{base}, CPU s"), ratios: self.base_seconds.clone() }, f)?;
             self.seconds_at_equal_error.iter().try_for_each(|v| of(v, f))?;
             let times: Vec<String> = self.times.iter().map(|t| format!("{t:.2} s")).collect();
             head(f, &format!("error to the {reference} over that of {base}, at equal CPU seconds"), &times)?;
@@ -306,11 +300,7 @@ impl Verdict {
         }
         if !self.places.is_empty() {
             head(f, &format!("records or clusters at equal error to the {reference}"), &levels)?;
-            for (line, counts) in &self.places {
-                write!(f, "{line:<28}")?;
-                counts.iter().try_for_each(|n| write!(f, " {:>13}", n.map_or_else(|| "not reached".into(), |n| format!("{n:.0}"))))?;
-                writeln!(f)?;
-            }
+            self.places.iter().try_for_each(|v| of(v, f))?;
             self.records_ratio.iter().try_for_each(|v| of(v, f))?;
         }
         Ok(())
@@ -375,8 +365,7 @@ pub(super) mod tests {
         }
         assert!((v.foreign[0].ratios[0].value.unwrap() - 10.0).abs() < 1e-9);
         assert!((v.records_ratio.as_ref().unwrap().ratios[4].value.unwrap() - 4.0).abs() < 1e-9);
-        let places = &v.places.iter().find(|p| p.0 == "hessian").unwrap().1;
-        assert!((places[4].unwrap() - 2000.0).abs() < 1e-6);
+        assert!((find(&v.places, "hessian")[4].value.unwrap() - 2000.0).abs() < 1e-6);
         // At the default's two seconds path has 2 spp: error 1/2 over 0.005.
         assert!((find(&v.error_at_equal_seconds, "path")[1].value.unwrap() - 100.0).abs() < 1e-9);
     }
