@@ -11,7 +11,7 @@ use super::options::{Job, OutputOptions, SceneOptions};
 use super::{check_writable, statistics};
 use crate::error::{Error, Result};
 use crate::film::{self, Film, Precision};
-use crate::method::{Method, Rendered, decompose, direct, gather, path, photon_map};
+use crate::method::{Method, Rendered, cache, decompose, direct, gather, path, photon_map};
 use crate::report::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::run::Run;
 use crate::shading::World;
@@ -86,6 +86,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     let rendered = match args.method {
         Method::Path => path::render(&world, &config.path, config.seed, &job.run)?,
         Method::Decomposition => decompose::render(&world, &config.decompose, inputs, &job.run)?,
+        Method::IrradianceCache => cache::render(&world, &config.cache, inputs, None, &job.run)?.0,
         Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
         Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, config.record.spp, config.seed, &job.run)?,
         Method::Direct => direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?,
