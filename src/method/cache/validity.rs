@@ -162,9 +162,14 @@ impl Rule {
             let slope = gradient.dot(axis).abs();
             if slope * r > 1.0 { 1.0 / slope } else { r }
         };
-        let mut r = [radius(measured.curvature[0], record.axis), radius(measured.curvature[1], across)];
-        let longest = self.aspect * r[0].min(r[1]);
-        r = r.map(|r| r.min(longest).min(high).max(low));
+        let mut wanted = [radius(measured.curvature[0], record.axis), radius(measured.curvature[1], across)];
+        let longest = self.aspect * wanted[0].min(wanted[1]);
+        wanted = wanted.map(|r| r.min(longest).min(high));
+        // A slope measured for less than the floor is none to follow over all of it.
+        let damp = wanted.map(|r| (r / low).min(1.0));
+        let along = [record.axis, across];
+        record.gradient_translation = record.gradient_translation.map(|g| along[0] * (g.dot(along[0]) * damp[0]) + along[1] * (g.dot(along[1]) * damp[1]));
+        let r = wanted.map(|r| r.max(low));
         record.radius = if r.iter().all(|r| r.is_finite()) { r } else { [low; 2] };
     }
 
