@@ -3,6 +3,7 @@
 
 mod architecture;
 mod broken;
+mod cache;
 mod cache_record;
 mod cli;
 mod conformance;
