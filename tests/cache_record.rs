@@ -8,7 +8,7 @@ use nearfar::accel::Backend;
 use nearfar::math::Frame;
 use nearfar::method::cache::hemisphere::{Grid, Hemisphere};
 use nearfar::method::cache::hessian;
-use nearfar::method::cache::measure::{Derivatives, MeasureSettings, Measured, measure, summarise};
+use nearfar::method::cache::measure::{Derivatives, MeasureSettings, Measured, measure, measure_with, summarise};
 use nearfar::photon::{CellRadiosity, Proxy};
 use nearfar::radiometry::Rgb;
 use nearfar::sampling::{Rng, Stream};
@@ -57,13 +57,12 @@ struct Mean {
     hessian: [f32; 3],
 }
 
-fn mean(grid: Grid, environment: impl Fn(Vec3) -> Option<(Rgb, f32)>) -> Mean {
+fn mean(rays: u32, derivatives: Derivatives, environment: impl Fn(Vec3) -> Option<(Rgb, f32)>) -> Mean {
     let seeds = 64;
     let mut out = Mean { irradiance: Rgb::ZERO, translation: [Vec3::ZERO; 3], rotation: [Vec3::ZERO; 3], hessian: [0.0; 3] };
     for seed in 0..seeds {
-        let h = Hemisphere::from_fn(grid, &mut Rng::new(seed, Stream::Test, 0, 0), &environment);
+        let h = Hemisphere::from_fn(Grid::new(rays), &mut Rng::new(seed, Stream::Test, 0, 0), &environment);
         let (e, share) = (h.irradiance(), 1.0 / seeds as f32);
-        let derivatives = if matches!(grid, Grid::Polar { .. }) { Derivatives::WardHeckbert } else { Derivatives::OcclusionHessian };
         let m = summarise(&h, &Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z }, derivatives);
         out.irradiance += e * share;
         for c in 0..3 {
@@ -91,26 +90,24 @@ fn rectangle_emitter() {
     let turned = |x: f64, y: f64| rectangle(DVec3::ZERO, DVec3::new(x, y, 1.0).normalize(), LOW, HIGH);
     let (slope, _) = differences(turned);
     let rotation = Vec3::new(-slope.y, slope.x, 0.0);
-    let mut errors = Vec::new();
-    for side in [12, 24, 48, 96] {
-        let m = mean(Grid::Square { side }, see_rectangle);
-        eprintln!("{} {truth}", m.irradiance.x);
-        assert_eq!(m.translation[2], Vec3::ZERO);
-        assert!((m.translation[1] - m.translation[0] * 2.0).length() < 1e-4);
-        let turn = (m.rotation[0] - rotation).length() / rotation.length();
-        errors.push((
-            (m.translation[0].truncate() - gradient).length() / gradient.length(),
-            apart(m.hessian, second.map(|h| 3.0 * h)) / size(second) / 3.0,
-            turn,
-        ));
+    for derivatives in [Derivatives::WardHeckbert, Derivatives::OcclusionHessian] {
+        let mut errors = Vec::new();
+        for rays in [150, 600, 2400, 9600] {
+            let m = mean(rays, derivatives, see_rectangle);
+            assert!((m.irradiance.x / truth - 1.0).abs() < 0.02, "{} {truth}", m.irradiance.x);
+            assert_eq!((m.translation[2], m.rotation[2]), (Vec3::ZERO, Vec3::ZERO));
+            assert!((m.translation[1] - m.translation[0] * 2.0).length() < 1e-4, "channels are alike");
+            let g = (m.translation[0].truncate() - gradient).length() / gradient.length();
+            let turn = (m.rotation[0] - rotation).length() / rotation.length();
+            errors.push([g, turn, apart(m.hessian, second.map(|h| 3.0 * h)) / size(second) / 3.0]);
+        }
+        eprintln!("rectangle, {derivatives:?}: gradient, rotation, Hessian {errors:.4?}");
+        // Errors of the mean of 64 records: what is left is systematic, one stratum's size.
+        let bounds = [0.03, 0.03, if derivatives == Derivatives::OcclusionHessian { 0.06 } else { f32::INFINITY }];
+        for (kind, bound) in bounds.into_iter().enumerate() {
+            assert!(errors[1][kind] < bound && errors[3][kind] < 0.4 * bound, "{derivatives:?} {kind}: {errors:?}");
+        }
     }
-    eprintln!("hessian {errors:?} {gradient} {second:?}");
-    let mut wards = Vec::new();
-    for rings in [7, 13, 26, 52] {
-        let m = mean(Grid::Polar { rings, sectors: 3 * rings }, see_rectangle);
-        wards.push(((m.translation[0].truncate() - gradient).length() / gradient.length(), (m.rotation[0] - rotation).length() / rotation.length()));
-    }
-    eprintln!("ward {wards:?}");
 }
 
 /// A black half-plane x < 0 at height 0.5 under an emitter at height 1: the shadow's border on the emitter moves against the point, as far.
@@ -135,22 +132,19 @@ fn occluder_under_an_emitter() {
             (Rgb::ZERO, 0.0)
         })
     };
-    let mut errors = Vec::new();
-    for side in [12, 24, 48, 96] {
-        let m = mean(Grid::Square { side }, environment);
-        let g = m.translation[0].truncate();
-        let third = m.hessian.map(|h| h / 3.0);
-        errors.push((
-            (g - aware.0).length() / aware.0.length(),
-            apart(third, aware.1) / size(aware.1),
-            (g - unaware.0).length() / aware.0.length(),
-            apart(third, unaware.1) / size(aware.1),
-        ));
-    }
-    eprintln!("occluder {errors:?} {aware:?} {unaware:?}");
-    for rings in [7, 13, 26, 52] {
-        let m = mean(Grid::Polar { rings, sectors: 3 * rings }, environment);
-        eprintln!("ward {}", (m.translation[0].truncate() - aware.0).length() / aware.0.length());
+    for derivatives in [Derivatives::WardHeckbert, Derivatives::OcclusionHessian] {
+        let mut errors = Vec::new();
+        for rays in [150, 600, 2400, 9600] {
+            let m = mean(rays, derivatives, environment);
+            let (g, h) = (m.translation[0].truncate(), m.hessian.map(|h| h / 3.0));
+            errors.push([(g - aware.0).length() / aware.0.length(), apart(h, aware.1) / size(aware.1)]);
+            // What a derivative of the visible part alone would be is far from the truth, and from what is found.
+            assert!((g - unaware.0).length() > 0.3 * aware.0.length());
+            assert!(derivatives == Derivatives::WardHeckbert || apart(h, unaware.1) > 0.5 * size(aware.1));
+        }
+        eprintln!("occluder, {derivatives:?}: gradient, Hessian {errors:.4?}");
+        assert!(errors[1][0] < 0.06 && errors[3][0] < 0.02, "{errors:?}");
+        assert!(derivatives == Derivatives::WardHeckbert || (errors[1][1] < 0.1 && errors[3][1] < 0.04), "{errors:?}");
     }
 }
 
@@ -159,7 +153,7 @@ fn occluder_under_an_emitter() {
 fn nothing_changes() {
     let mut rng = Rng::new(9, Stream::Test, 0, 0);
     let mut jagged = Rng::new(10, Stream::Test, 0, 0);
-    for grid in [Grid::square(512), Grid::square(50), Grid::polar(512)] {
+    for grid in [Grid::new(512), Grid::new(50)] {
         for tilt in [-2.0, 0.0] {
             let above = |w: Vec3| w.z > 0.3 * w.x + tilt;
             let constant = Hemisphere::from_fn(grid, &mut rng, |w| above(w).then(|| (Rgb::new(0.3, 0.7, 0.1), jagged.next_f32() * 5.0)));
@@ -168,10 +162,7 @@ fn nothing_changes() {
             for (name, h) in [("constant", &constant), ("far", &far), ("black", &black)] {
                 for derivatives in [Derivatives::None, Derivatives::WardHeckbert, Derivatives::OcclusionHessian] {
                     let m = summarise(h, &Frame::from_normal(Vec3::Z), derivatives);
-                    // The border of the geometric horizon is no edge for the Hessian; Ward–Heckbert takes it for one.
-                    if tilt < -1.0 || derivatives != Derivatives::WardHeckbert || name != "constant" {
-                        assert_eq!(m.gradient_translation, [Vec3::ZERO; 3], "{name} {grid:?}");
-                    }
+                    assert_eq!(m.gradient_translation, [Vec3::ZERO; 3], "{name} {grid:?}");
                     assert_eq!(m.curvature, [0.0; 2], "{name} {grid:?}");
                     assert!(m.curvature_axis.is_normalized() && m.standard_error.is_finite());
                 }
@@ -223,7 +214,7 @@ fn stage() -> (World, Cells, CellRadiosity) {
 }
 
 fn records(world: &World, proxy: Proxy<'_>, n: Vec3, rays: u32, derivatives: Derivatives) -> Vec<Measured> {
-    (0..64).map(|i| measure(world, proxy, Vec3::new(0.2, 0.1, 0.0), n, n, rays, derivatives, &MeasureSettings::default(), 3, i)).collect()
+    (0..64).map(|i| measure(world, proxy, Vec3::new(0.2, 0.1, 0.0), n, n, rays, derivatives, 3, i)).collect()
 }
 
 #[test]
@@ -241,14 +232,59 @@ fn through_real_rays() {
         let g: Vec3 = all.iter().map(|m| m.gradient_translation[1]).sum::<Vec3>() * share;
         let noise = (all.iter().map(|m| (m.irradiance.x - e.x).powi(2)).sum::<f32>() * share).sqrt() / e.x;
         let claimed = all.iter().map(|m| m.standard_error).sum::<f32>() * share;
-        let curvature: f32 = all.iter().map(|m| m.curvature[0]).sum::<f32>() * share;
-        eprintln!(
-            "{derivatives:?} E {} {} g {g} {gradient} noise {noise} claimed {claimed} curvature {curvature} {:?}",
-            e.x,
-            f(0.0, 0.0),
-            hessian::eigen(second.map(|h| h / f(0.0, 0.0) as f32))
-        );
-        assert!((f64::from(e.x) / f(0.0, 0.0) - 1.0).abs() < 0.01);
-        assert!((g.truncate() - gradient).length() < 0.1 * gradient.length());
+        assert!((f64::from(e.x) / f(0.0, 0.0) - 1.0).abs() < 0.002, "{}", e.x);
+        assert!((g.truncate() - gradient).length() < 0.04 * gradient.length(), "{derivatives:?} {g} {gradient}");
+        // Differences of neighbouring strata also hold what varies between them: too large rather than too small.
+        assert!(claimed > 0.8 * noise && claimed < 2.0 * noise, "{claimed} {noise}");
+        if derivatives == Derivatives::OcclusionHessian {
+            let ([first, second], _) = hessian::eigen(second.map(|h| h / f(0.0, 0.0) as f32));
+            let found = all.iter().map(|m| Vec2::from_array(m.curvature)).sum::<Vec2>() * share;
+            assert!((found.x / first.abs() - 1.0).abs() < 0.1 && (found.y - second.abs()).abs() < 0.1 * first.abs(), "{found} {first} {second}");
+            assert!(all.iter().all(|m| m.curvature_axis.x.abs() > 0.9 && m.curvature_axis.z == 0.0));
+        }
+        for m in &all {
+            assert!((m.distance_min - 0.5).abs() < 0.02, "{}", m.distance_min);
+            assert!(m.rays <= 2048 && m.rays > 1900);
+            // The occluder, 0.5 above the point, is low where it is farther than 0.5 / sin 30°.
+            assert!(m.low_occluder.iter().all(|&d| d > 1.0) && m.low_occluder[16] < 1.4 && m.low_occluder[0] == f32::INFINITY, "{:?}", m.low_occluder);
+        }
+        let again = records(&w, proxy, Vec3::Z, 2048, derivatives);
+        assert!(all.iter().zip(&again).all(|(a, b)| a.irradiance == b.irradiance && a.gradient_translation == b.gradient_translation));
     }
+}
+
+/// A ceiling of radiance 1 and before it a patch of radiance 500 that one record in four hits, once: records that do are measured again,
+/// which pulls them in but darkens the mean, for those that miss it stay as they are.
+#[test]
+fn rare_bright_hits() {
+    let (mut ceiling, mut patch) = (Mesh { sides: Sides::Two, ..Mesh::default() }, Mesh { sides: Sides::Two, ..Mesh::default() });
+    quad(&mut ceiling, [Vec3::new(-99.0, -99.0, 1.0), Vec3::new(99.0, -99.0, 1.0), Vec3::new(99.0, 99.0, 1.0), Vec3::new(-99.0, 99.0, 1.0)], 0);
+    quad(&mut patch, [Vec3::new(0.5, 0.3, 0.9), Vec3::new(0.55, 0.3, 0.9), Vec3::new(0.55, 0.35, 0.9), Vec3::new(0.5, 0.35, 0.9)], 0);
+    let scene = Scene {
+        meshes: vec![ceiling, patch],
+        materials: vec![grey(0.5)],
+        lights: vec![Light::Point { position: Vec3::new(0.0, 0.0, 5.0), intensity: Rgb::ONE }],
+        ..Scene::default()
+    };
+    let w = world(&scene, Backend::Bvh);
+    let cells = Cells::new(&w.geometry, 200.0).unwrap();
+    let side: Vec<Rgb> = cells.centroids.iter().map(|c| Rgb::splat(PI as f32 * if c.z < 0.95 { 500.0 } else { 1.0 })).collect();
+    let radiosity = CellRadiosity { front: side.clone(), back: side, ..CellRadiosity::default() };
+    let proxy = Proxy { cells: &cells, radiosity: &radiosity };
+    let patch_part = rectangle(DVec3::ZERO, DVec3::Z, DVec3::new(0.5, 0.3, 0.9), DVec3::new(0.55, 0.35, 0.9));
+    let truth = PI * rectangle(DVec3::ZERO, DVec3::Z, DVec3::new(-99.0, -99.0, 1.0), DVec3::new(99.0, 99.0, 1.0)) / PI + 499.0 * patch_part;
+    let statistics = |settings: &MeasureSettings| {
+        let all: Vec<Measured> = (0..1000).map(|i| measure_with(&w, proxy, Vec3::ZERO, Vec3::Z, Vec3::Z, 512, Derivatives::None, settings, 4, i)).collect();
+        let n = all.len() as f64;
+        let bias = all.iter().map(|m| f64::from(m.irradiance.x) / truth - 1.0).sum::<f64>() / n;
+        let rms = (all.iter().map(|m| (f64::from(m.irradiance.x) / truth - 1.0).powi(2)).sum::<f64>() / n).sqrt();
+        let most = all.iter().map(|m| f64::from(m.irradiance.x) / truth).fold(0.0, f64::max);
+        (bias, rms, most, all.iter().map(|m| f64::from(m.rays)).sum::<f64>() / n)
+    };
+    let plain = statistics(&MeasureSettings { noise: f32::INFINITY, ..MeasureSettings::default() });
+    let kept = statistics(&MeasureSettings::default());
+    eprintln!("rare bright hits: bias, rms, most, rays: plain {plain:.3?}, default {kept:.3?}");
+    // 1000 records of rms 0.36: 0.011 one standard error.
+    assert!(plain.0.abs() < 0.04, "{plain:?}");
+    assert!(kept.0 < 0.0 && kept.0 > -0.25 && kept.1 < 0.75 * plain.1 && kept.2 < plain.2, "{kept:?} {plain:?}");
 }

@@ -4,6 +4,7 @@
 mod architecture;
 mod bench;
 mod broken;
+mod cache;
 mod cache_record;
 mod cli;
 mod conformance;

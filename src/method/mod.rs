@@ -7,6 +7,7 @@ pub mod gather;
 pub mod locations;
 pub mod path;
 pub mod photon_map;
+pub mod ply;
 pub mod stage;
 
 use serde::{Deserialize, Serialize};

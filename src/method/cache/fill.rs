@@ -11,8 +11,8 @@
 //! record's position. Cost  records · rays, and a lookup per point and visit.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
 
+use cpu_time::ThreadTime;
 use rayon::prelude::*;
 
 use super::measure::{MeasureSettings, measure};
@@ -46,9 +46,10 @@ pub struct Cache {
     pub rule: Rule,
     /// Rays shot for records measured here.
     pub rays: u64,
-    /// Seconds inside measuring, summed over threads.
+    /// CPU seconds inside measuring, summed over threads.
     pub measure_seconds: f64,
     reach: f32,
+    bounds: Aabb,
     spheres: Octree,
     clearances: Octree,
 }
@@ -63,6 +64,7 @@ impl Cache {
             rays: 0,
             measure_seconds: 0.0,
             reach: settings.reach,
+            bounds: *bounds,
             spheres: Octree::new(bounds),
             clearances: Octree::new(bounds),
         }
@@ -98,6 +100,14 @@ impl Cache {
             });
         }
         self.insert(record, pixel);
+    }
+
+    /// Builds the tree of spheres anew: radii may have shrunk, and its order shall not tell in which way the records came.
+    fn settle(&mut self) {
+        self.spheres = Octree::new(&self.bounds);
+        for (i, record) in self.records.iter().enumerate() {
+            self.spheres.insert(i as u32, record.p, self.rule.sphere(record, self.reach));
+        }
     }
 
     /// Calls `visit` with records that have weight at a point until it returns true; counts test rays.
@@ -154,7 +164,7 @@ impl Cache {
                 let measured: Vec<(CacheRecord, u32)> = run.install(|| {
                     open.par_iter()
                         .map(|&i| {
-                            let start = Instant::now();
+                            let start = ThreadTime::now();
                             let key = points.p[i].to_array().iter().fold(0, |h, v| hash64(h ^ u64::from(v.to_bits())));
                             let m = measure(
                                 world,
@@ -192,6 +202,7 @@ impl Cache {
             }
         }
         self.measure_seconds += nanoseconds.into_inner() as f64 * 1e-9;
+        self.settle();
         Ok(())
     }
 

@@ -7,7 +7,6 @@ use super::{hessian, ward};
 use crate::math::Frame;
 use crate::photon::Proxy;
 use crate::radiometry::Rgb;
-use crate::sampling::{Rng, Stream};
 use crate::shading::World;
 
 /// What is measured beside irradiance and distances.
@@ -62,20 +61,21 @@ pub struct MeasureSettings {
     pub noise: f32,
     /// Most rays of a record, in units of `rays`.
     pub noise_rays_max: u32,
-    /// Share of the irradiance by which a stratum may differ from its neighbours before it gets further rays; infinite: none do.
-    pub outlier: f32,
-    /// Further rays of such a stratum.
-    pub outlier_rays: u32,
 }
 
 impl Default for MeasureSettings {
     fn default() -> Self {
-        Self { noise: f32::INFINITY, noise_rays_max: 4, outlier: 0.02, outlier_rays: 16 }
+        Self { noise: 0.1, noise_rays_max: 4 }
     }
 }
 
+/// [`measure_with`] the default settings.
+pub fn measure(world: &World, proxy: Proxy<'_>, p: Vec3, ng: Vec3, ns: Vec3, rays: u32, derivatives: Derivatives, seed: u64, element: u64) -> Measured {
+    measure_with(world, proxy, p, ng, ns, rays, derivatives, &MeasureSettings::default(), seed, element)
+}
+
 /// Measures the record at `p` (already lifted off the surface). Keyed by (seed, element).
-pub fn measure(
+pub fn measure_with(
     world: &World,
     proxy: Proxy<'_>,
     p: Vec3,
@@ -88,20 +88,13 @@ pub fn measure(
     element: u64,
 ) -> Measured {
     let frame = Frame::from_normal(ns);
-    let limit = u64::from(rays) * u64::from(settings.noise_rays_max);
+    let limit = f64::from(rays) * f64::from(settings.noise_rays_max);
     let mut sum = Sum::default();
     for round in 0.. {
-        let rays = if round == 0 { rays } else { sum.rays };
-        let grid = if derivatives == Derivatives::WardHeckbert { Grid::polar(rays) } else { Grid::square(rays) };
-        let mut hemisphere = Hemisphere::shoot(world, proxy, p, ng, &frame, grid, seed, element, 2 * round);
-        let mut shot = hemisphere.radiance.len() as u32;
-        if settings.outlier < f32::INFINITY {
-            let mut rng = Rng::new(seed, Stream::Cache, element, 2 * round + 1);
-            let left = limit.saturating_sub(u64::from(sum.rays + shot)).min(u64::from(u32::MAX)) as u32;
-            shot += hemisphere.supersample(world, proxy, p, ng, &frame, settings.outlier, settings.outlier_rays, left, &mut rng);
-        }
-        sum.add(&hemisphere, derivatives, shot);
-        if sum.standard_error() <= settings.noise || 2 * u64::from(sum.rays) > limit {
+        let rays = if round == 0 { rays } else { sum.strata as u32 };
+        let hemisphere = Hemisphere::shoot(world, proxy, p, ng, &frame, Grid::new(rays), seed, element, round);
+        sum.add(&hemisphere, derivatives);
+        if sum.standard_error() <= settings.noise || 2.0 * sum.strata > limit {
             break;
         }
     }
@@ -111,7 +104,7 @@ pub fn measure(
 /// The record of one hemisphere.
 pub fn summarise(hemisphere: &Hemisphere, frame: &Frame, derivatives: Derivatives) -> Measured {
     let mut sum = Sum::default();
-    sum.add(hemisphere, derivatives, hemisphere.radiance.len() as u32);
+    sum.add(hemisphere, derivatives);
     sum.finish(frame, derivatives)
 }
 
@@ -150,10 +143,10 @@ impl Default for Sum {
 }
 
 impl Sum {
-    fn add(&mut self, hemisphere: &Hemisphere, derivatives: Derivatives, rays: u32) {
+    fn add(&mut self, hemisphere: &Hemisphere, derivatives: Derivatives) {
         let n = hemisphere.radiance.len() as f32;
         self.strata += f64::from(n);
-        self.rays += rays;
+        self.rays += hemisphere.above.iter().filter(|&&above| above).count() as u32;
         let irradiance = hemisphere.irradiance();
         self.irradiance += irradiance.as_dvec3() * f64::from(n);
         self.variance += (f64::from(n) * standard_error(hemisphere)).powi(2);
@@ -221,7 +214,7 @@ fn standard_error(hemisphere: &Hemisphere) -> f64 {
     let value = |i: usize| f64::from(hemisphere.radiance[i].element_sum());
     let (mut squares, mut count) = (0.0, 0u32);
     for i in 0..n {
-        for j in hemisphere.grid.neighbours(i).into_iter().flatten().filter(|&j| j > i) {
+        for j in hemisphere.grid.next(i).into_iter().flatten() {
             squares += (value(i) - value(j)).powi(2);
             count += 1;
         }

@@ -31,6 +31,7 @@ pub mod octree;
 pub mod record;
 mod render;
 mod settings;
+pub mod store;
 pub mod validity;
 pub mod ward;
 

@@ -21,7 +21,7 @@ pub struct CacheRecord {
     pub axis: Vec3,
     /// Reach in the fill along `axis` and across it, scene units.
     pub radius: [f32; 2],
-    /// Distance to other surfaces after neighbour clamping, scene units (`production-2006`, else 0).
+    /// Distance to other surfaces after neighbour clamping, scene units (0 where the mode does without).
     pub clearance: f32,
     /// Least radius: the pixel footprint's share, scene units.
     pub floor: f32,

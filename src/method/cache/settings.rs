@@ -56,6 +56,8 @@ pub struct CacheSettings {
     pub max_spacing: f32,
     /// Greatest reach of a record, share of the scene's diagonal.
     pub max_radius: f32,
+    /// Greatest reach of a record in smallest distances, neighbours clamping one another, at `error` 0.1 (`hessian`); infinite for no limit.
+    pub clearance: f32,
     /// Largest ratio of the axes of a record's ellipse, at least 1.
     pub aspect: f32,
     /// Largest angle between the normals of a record and of a point, degrees; shrinks with `error` below 0.1.
@@ -80,11 +82,12 @@ impl Default for CacheSettings {
             min_spacing: 1.5,
             max_spacing: 60.0,
             max_radius: 0.1,
+            clearance: 2.0,
             aspect: 2.0,
             angle: 20.0,
             plane: 0.25,
             reach: 1.7,
-            extrapolation: 4.0,
+            extrapolation: 1.5,
             leak_guard: true,
         }
     }
@@ -101,6 +104,7 @@ impl CacheSettings {
         range("min_spacing", self.min_spacing.is_finite() && self.min_spacing >= 0.01, "must be finite and at least 0.01 pixels")?;
         range("max_spacing", self.max_spacing >= self.min_spacing, "must be at least cache.min_spacing; \"inf\" for no limit")?;
         range("max_radius", positive(self.max_radius) && self.max_radius <= 1.0, "must be above 0 and at most 1")?;
+        range("clearance", self.clearance > 0.0, "must be above 0; inf for no limit")?;
         range("aspect", (1.0..=100.0).contains(&self.aspect), "must be in 1..=100")?;
         range("angle", positive(self.angle) && self.angle <= 60.0, "must be above 0 and at most 60 degrees")?;
         range("plane", positive(self.plane) && self.plane <= 1.0, "must be above 0 and at most 1")?;

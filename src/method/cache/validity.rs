@@ -2,7 +2,7 @@
 //!
 //! | Mode | Radius | Weight |
 //! |---|---|---|
-//! | `hessian` | r_k = (4 ε A / (π abs λ_k))^¼, at most E / abs g_k; longer at most `aspect` · shorter | hat of the ellipse · hat of the angle · hat of the plane distance |
+//! | `hessian` | r_k = (4 ε A / (π abs λ_k))^¼, at most E / abs g_k; longer at most `aspect` · shorter; at most κ R, R smallest distance, clamped by neighbours | hat of the ellipse · hat of the angle · hat of the plane distance |
 //! | `production-2006` | κ R, R = min(smallest distance, E / abs g_c), clamped by neighbours | 1 − max(d / r, √(1 − n·n_i) / √(1 − cos angle)) |
 //! | `split-sphere` | a R, R harmonic mean distance | 1 / (d / R + √(1 − n·n_i)) − 1 / a |
 //!
@@ -35,6 +35,8 @@ pub struct Rule {
     min_spacing: f32,
     max_spacing: f32,
     max_radius: f32,
+    /// Reach over R.
+    kappa: f32,
     aspect: f32,
     /// Largest √(2 (1 − n·n_i)).
     chord: f32,
@@ -56,6 +58,11 @@ impl Rule {
             min_spacing: settings.min_spacing * scale.min(1.0),
             max_spacing: settings.max_spacing,
             max_radius: settings.max_radius * diagonal,
+            kappa: match settings.mode {
+                Mode::Hessian => settings.clearance * scale,
+                Mode::Production2006 => 0.5 * scale,
+                Mode::SplitSphere => 0.2 * scale,
+            },
             aspect: settings.aspect,
             chord: 2.0 * (settings.angle.to_radians() * 0.5 * scale.min(1.0)).sin(),
             plane: settings.plane,
@@ -76,15 +83,7 @@ impl Rule {
 
     /// Whether neighbours limit one another.
     pub fn clamps_neighbours(&self) -> bool {
-        self.mode == Mode::Production2006
-    }
-
-    /// Reach over R.
-    fn kappa(&self) -> f32 {
-        match self.mode {
-            Mode::SplitSphere => 0.2 * self.scale,
-            _ => 0.5 * self.scale,
-        }
+        self.mode != Mode::SplitSphere && self.kappa < f32::INFINITY
     }
 
     fn limits(&self, footprint: f32) -> [f32; 2] {
@@ -109,7 +108,13 @@ impl Rule {
             standard_error: measured.standard_error,
         };
         match self.mode {
-            Mode::Hessian => self.ellipse(&mut record, measured, limits, footprint),
+            Mode::Hessian => {
+                self.ellipse(&mut record, measured, limits, footprint);
+                if self.clamps_neighbours() {
+                    record.clearance = measured.distance_min.min(limits[1] / self.kappa);
+                    self.shorten(&mut record);
+                }
+            }
             Mode::Production2006 | Mode::SplitSphere => {
                 let mut distance = if self.mode == Mode::SplitSphere { measured.distance_harmonic } else { measured.distance_min };
                 for c in 0..3 {
@@ -118,7 +123,7 @@ impl Rule {
                         distance = distance.min(record.irradiance[c] / slope);
                     }
                 }
-                record.clearance = distance.min(limits[1] / self.kappa());
+                record.clearance = distance.min(limits[1] / self.kappa);
                 self.from_clearance(&mut record);
             }
         }
@@ -131,17 +136,27 @@ impl Rule {
 
     /// The circle that follows from the clearance; gradients are damped where the floor lifted it.
     fn from_clearance(&self, record: &mut CacheRecord) {
-        let wanted = self.kappa() * record.clearance;
+        let wanted = self.kappa * record.clearance;
         record.radius = [wanted.max(record.floor); 2];
         if wanted < record.floor {
             record.gradient_translation = record.gradient_translation.map(|g| g * (wanted / record.floor));
         }
     }
 
+    /// The ellipse within the circle that the clearance allows.
+    fn shorten(&self, record: &mut CacheRecord) {
+        let longest = (self.kappa * record.clearance).max(record.floor);
+        record.radius = record.radius.map(|r| r.min(longest));
+    }
+
     /// Lowers the clearance to `bound` if it is above; gradients that the floor had damped stay damped as much as the new clearance asks.
     pub fn clamp(&self, record: &mut CacheRecord, bound: f32) {
         if bound < record.clearance {
-            let before = (self.kappa() * record.clearance / record.floor).min(1.0);
+            if self.mode == Mode::Hessian {
+                record.clearance = bound;
+                return self.shorten(record);
+            }
+            let before = (self.kappa * record.clearance / record.floor).min(1.0);
             record.clearance = bound;
             record.gradient_translation = record.gradient_translation.map(|g| g / before.max(1e-6));
             self.from_clearance(record);
@@ -162,9 +177,14 @@ impl Rule {
             let slope = gradient.dot(axis).abs();
             if slope * r > 1.0 { 1.0 / slope } else { r }
         };
-        let mut r = [radius(measured.curvature[0], record.axis), radius(measured.curvature[1], across)];
-        let longest = self.aspect * r[0].min(r[1]);
-        r = r.map(|r| r.min(longest).min(high).max(low));
+        let mut wanted = [radius(measured.curvature[0], record.axis), radius(measured.curvature[1], across)];
+        let longest = self.aspect * wanted[0].min(wanted[1]);
+        wanted = wanted.map(|r| r.min(longest).min(high));
+        // A slope measured for less than the floor is none to follow over all of it.
+        let damp = wanted.map(|r| (r / low).min(1.0));
+        let along = [record.axis, across];
+        record.gradient_translation = record.gradient_translation.map(|g| along[0] * (g.dot(along[0]) * damp[0]) + along[1] * (g.dot(along[1]) * damp[1]));
+        let r = wanted.map(|r| r.max(low));
         record.radius = if r.iter().all(|r| r.is_finite()) { r } else { [low; 2] };
     }
 
