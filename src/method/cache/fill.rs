@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
 
-use super::measure::{MeasureSettings, measure};
+use super::measure::measure;
 use super::octree::Octree;
 use super::record::CacheRecord;
 use super::settings::CacheSettings;
@@ -166,18 +166,7 @@ impl Cache {
                         .map(|&i| {
                             let start = ThreadTime::now();
                             let key = points.p[i].to_array().iter().fold(0, |h, v| hash64(h ^ u64::from(v.to_bits())));
-                            let m = measure(
-                                world,
-                                proxy,
-                                points.p[i],
-                                points.ng[i],
-                                points.ns[i],
-                                rays,
-                                rule.derivatives(),
-                                &MeasureSettings::default(),
-                                seed,
-                                key,
-                            );
+                            let m = measure(world, proxy, points.p[i], points.ng[i], points.ns[i], rays, rule.derivatives(), seed, key);
                             nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
                             (rule.record(&m, points.p[i], points.ns[i], points.footprint[i]), m.rays)
                         })

@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::fill::Cache;
 use super::interpolate::interpolate;
-use super::measure::{Derivatives, MeasureSettings, measure};
+use super::measure::{Derivatives, measure};
 use super::settings::CacheSettings;
 use crate::error::Result;
 use crate::method::Rendered;
@@ -24,7 +24,7 @@ pub fn fill_and_interpolate(world: &World, settings: &CacheSettings, stage: &Sta
     let blended = interpolate(world, cache, points, settings, run)?;
     let own = |i: usize| {
         let (p, ng, ns) = (points.p[i], points.ng[i], points.ns[i]);
-        measure(world, stage.proxy(), p, ng, ns, settings.rays, Derivatives::None, &MeasureSettings::default(), seed, i as u64).irradiance
+        measure(world, stage.proxy(), p, ng, ns, settings.rays, Derivatives::None, seed, i as u64).irradiance
     };
     Ok(blended.iter().enumerate().map(|(i, e)| e.unwrap_or_else(|| own(i))).collect())
 }
