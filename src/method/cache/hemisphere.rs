@@ -168,8 +168,8 @@ mod tests {
     #[test]
     fn rays_asked_for() {
         for rays in [64, 512, 1024, 4096] {
-            let strata = Grid::new(rays).strata();
-            assert!(strata <= rays as usize && strata * 20 >= rays as usize * 19, "{rays}: {strata}");
+            let grid = Grid::new(rays);
+            assert!(grid.strata() <= rays as usize && grid.strata() + grid.rings > rays as usize, "{rays}: {grid:?}");
         }
     }
 }

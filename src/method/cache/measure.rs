@@ -1,4 +1,15 @@
 //! One record: irradiance, its derivatives and what bounds its reach, from one set of rays.
+//!
+//! Input   a point lifted off its surface, its normals. Output  [`Measured`]. Keyed by (seed, element): the same bits on any thread.
+//! Cost    `rays` rays; the gradients and the Hessian add at most 5 % to them.
+//!
+//! **Noise.** A record noisier than `noise` is measured again with as many further rays as it has, in a hemisphere of their own, all
+//! hemispheres weighted by their strata, until it is quiet or has `noise_rays_max` times its rays. Stopping by what was found darkens the
+//! mean, for records that miss a bright thing stay as they are: in the built-in interior by 0.1 to 0.3 %, at 1.3
+//! times the rays, with the error per ray of plain sampling and a shorter tail; in the worst case of the tests, one record in four hitting a
+//! patch that sends a quarter of the light, by 10 % while the error halves. Infinite `noise` is unbiased.
+//! Further rays in the strata that differ most from their neighbours (Radiance's way) were tried: 2 to 3 % too dark in that interior, and no
+//! better per ray.
 
 use glam::{DVec3, Vec3};
 
