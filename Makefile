@@ -2,11 +2,12 @@
 #   make render   a fresh machine to a picture: scenes/cornell-box by the three-pass method, compared with its ground truth
 #   make test     the whole test suite, on Embree and without it
 #   make bench    ray backends and methods, measured
+#   make peers    the methods beside Mitsuba 3 with and without a denoiser; SCENE=scene.toml REFERENCE=truth.exr PEERS="--size 640x360"
 #   make reference, make readme   the Cornell box's ground truth, and the README's pictures and numbers, made again
 #   make lint     formatting, clippy and documentation, without warnings
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
-.PHONY: render test test-embree test-bvh bench lint setup reference readme
+.PHONY: render test test-embree test-bvh bench peers lint setup reference readme
 .DEFAULT_GOAL := render
 
 CARGO ?= cargo
@@ -45,6 +46,11 @@ readme: setup
 bench: setup
 	@$(CARGO) build --release
 	target/release/nearfar bench $(SCENE) --backends
+	target/release/nearfar bench $(SCENE) --methods --reference $(REFERENCE) --gather-reference --chart out/methods.svg
+
+peers: setup
+	@$(CARGO) build --release
+	@python3 tests/peers/compare.py $(SCENE) --reference $(REFERENCE) $(PEERS)
 
 lint: setup
 	$(CARGO) fmt --check

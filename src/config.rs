@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::error::{Error, Result};
+use crate::method::cache::CacheSettings;
 use crate::method::decompose::DecomposeSettings;
 use crate::method::gather::GatherSettings;
 use crate::method::path::PathSettings;
@@ -29,6 +30,8 @@ pub struct RenderConfig {
     pub photon: PhotonSettings,
     /// Passes 2 and 3 of the decomposition.
     pub decompose: DecomposeSettings,
+    /// Irradiance caching.
+    pub cache: CacheSettings,
     /// Final gathering.
     pub gather: GatherSettings,
     /// Path tracing.
@@ -54,6 +57,7 @@ impl RenderConfig {
         let config: Self = table.try_into().map_err(|e: toml::de::Error| Error::setting("settings", one_line(e.message())))?;
         config.path.check()?;
         config.decompose.validate()?;
+        config.cache.validate()?;
         config.gather.validate()?;
         config.photon.validate()?;
         config.record.validate()?;

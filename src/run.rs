@@ -111,6 +111,11 @@ impl Run {
         self.cancel.load(Ordering::Relaxed)
     }
 
+    /// The flag behind [`Run::cancelled`].
+    pub fn cancel_flag(&self) -> &AtomicBool {
+        &self.cancel
+    }
+
     /// # Errors
     /// [`Error::Interrupted`] once the user asked to stop.
     pub fn check(&self) -> Result<()> {

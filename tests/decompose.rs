@@ -70,7 +70,7 @@ fn alpha_zero_is_a_plain_gather() {
     let samples = camera_samples(&w, &RecordSettings { spp: 1, ..RecordSettings::default() }, &Default::default(), 0, &run).unwrap();
     let points = &samples.points;
     let clusters = cluster::cluster(points, (0..points.len() as u32).collect(), 0.2, 0.7, 0);
-    let sh = sample(&w, proxy, points, &clusters, &settings, 7, &run).unwrap();
+    let (sh, _) = sample(&w, proxy, points, &clusters, &settings, 7, &run).unwrap();
     let field = FarField::new(&clusters, &sh, 0.3, 4.0);
     let tree = NearTree::new(proxy);
     let found = reconstruct(&w, proxy, points, &field, &tree, &settings, 7, &run).unwrap();

@@ -2,7 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise")]
 
 mod architecture;
+mod bench;
 mod broken;
+mod cache;
+mod cache_record;
 mod cli;
 mod conformance;
 mod convergence;

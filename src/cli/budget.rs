@@ -8,25 +8,28 @@ use crate::report::budget::{BudgetRow, Truth, budget};
 use crate::report::{Reference, read_reference};
 use crate::shading::World;
 
-/// Computes the budget and prints a table, or JSON.
+/// The rows of a budget as a table.
+pub(super) struct Table<'a>(pub(super) &'a [BudgetRow]);
+
+/// Computes the budget.
 ///
 /// # Errors
 /// A reference that cannot be read or has another size; whatever stops a render.
-pub(super) fn run(job: &Job, world: &World, reference: &Path, stride: u32, gather_rays: u32, json: bool) -> Result<()> {
+pub(super) fn run(job: &Job, world: &World, reference: &Path, stride: u32, gather_rays: u32) -> Result<Vec<BudgetRow>> {
     let Reference { mean, halves, .. } = read_reference(reference)?;
     let pixels = (world.camera.width * world.camera.height) as usize;
     if mean.len() != pixels {
         return Err(Error::Usage(format!("{} is not of the size {}x{}; use --size", reference.display(), world.camera.width, world.camera.height)));
     }
-    let rows = budget(world, &job.config.decompose, job.config.inputs(world.diagonal), &Truth { mean, halves }, stride, gather_rays, &job.run)?;
-    if json {
-        let text = serde_json::to_string_pretty(&rows).map_err(|e| Error::Render(format!("cannot write JSON: {e}")))?;
-        println!("{text}");
-        return Ok(());
+    budget(world, &job.config.decompose, job.config.inputs(world.diagonal), &Truth { mean, halves }, stride, gather_rays, &job.run)
+}
+
+impl std::fmt::Display for Table<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        writeln!(f, "{:<34} {:>10} {:>10} {:>12} {:>9}", "part", "relMSE", "± s.e.", "less 0.1 %", "bias %")?;
+        for BudgetRow { part, errors: e } in self.0 {
+            writeln!(f, "{part:<34} {:>10.6} {:>10.6} {:>12.6} {:>+9.3}", e.relmse, e.relmse_standard_error, e.relmse_trimmed, 100.0 * e.bias)?;
+        }
+        Ok(())
     }
-    println!("{:<34} {:>10} {:>10} {:>12} {:>9}", "part", "relMSE", "± s.e.", "less 0.1 %", "bias %");
-    for BudgetRow { part, errors: e } in &rows {
-        println!("{part:<34} {:>10.6} {:>10.6} {:>12.6} {:>+9.3}", e.relmse, e.relmse_standard_error, e.relmse_trimmed, 100.0 * e.bias);
-    }
-    Ok(())
 }

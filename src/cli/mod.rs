@@ -8,6 +8,8 @@ mod bench;
 mod budget;
 mod compare;
 mod info;
+mod measure;
+mod methods;
 mod options;
 mod progress;
 mod render;

@@ -1,5 +1,6 @@
 //! `nearfar render` and `nearfar reference`.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -8,10 +9,13 @@ use serde_json::json;
 use toml::Value;
 
 use super::options::{Job, OutputOptions, SceneOptions};
+use super::show::mark;
 use super::{check_writable, statistics};
 use crate::error::{Error, Result};
 use crate::film::{self, Film, Precision};
-use crate::method::{Method, Rendered, decompose, direct, gather, path, photon_map};
+use crate::method::cache::{CacheSettings, store};
+use crate::method::stage::Inputs;
+use crate::method::{Method, Rendered, cache, decompose, direct, gather, path, photon_map};
 use crate::report::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::run::Run;
 use crate::shading::World;
@@ -29,6 +33,18 @@ pub(super) struct RenderArgs {
     /// Near/far distance: a length, or a share of the scene's diagonal such as "2%".
     #[arg(long, value_name = "LENGTH")]
     alpha: Option<String>,
+    /// Irradiance cache: start from the records of this file; what it does not cover is measured.
+    #[arg(long, value_name = "FILE.ply")]
+    load_cache: Option<PathBuf>,
+    /// Irradiance cache: write its records.
+    #[arg(long, value_name = "FILE.ply")]
+    save_cache: Option<PathBuf>,
+    /// Write where indirect light was sampled, as PLY points.
+    #[arg(long, value_name = "FILE.ply")]
+    locations: Option<PathBuf>,
+    /// Write the picture, darkened, with a dot at every sample of indirect light.
+    #[arg(long, value_name = "FILE.png")]
+    locations_png: Option<PathBuf>,
 }
 
 /// Options of `nearfar reference`.
@@ -78,6 +94,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         extra.push(("decompose.alpha", crate::config::parse_value(alpha)));
     }
     check_outputs(&args.output)?;
+    check_samples(args)?;
     let job = args.scene.prepare(&extra, args.output.time_limit, cancel)?;
     let world = World::new(&job.scene, args.scene.backend, &job.run)?;
     warn_of_camera(&args.scene, &job.run, &world);
@@ -86,11 +103,61 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     let rendered = match args.method {
         Method::Path => path::render(&world, &config.path, config.seed, &job.run)?,
         Method::Decomposition => decompose::render(&world, &config.decompose, inputs, &job.run)?,
+        Method::IrradianceCache => with_cache(args, &world, &config.cache, inputs, &job.run)?,
         Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
         Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, config.record.spp, config.seed, &job.run)?,
         Method::Direct => direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?,
     };
+    write_samples(args, &rendered)?;
     finish(&args.scene, &args.output, args.method, &job, &world, rendered)
+}
+
+/// Options that only some methods understand.
+fn check_samples(args: &RenderArgs) -> Result<()> {
+    let unknown = |option: &str, methods: &str| Err(Error::Usage(format!("{option}: --method {} has none; use {methods}", name(args.method))));
+    if args.method != Method::IrradianceCache {
+        if args.load_cache.is_some() {
+            return unknown("--load-cache", "--method irradiance-cache");
+        }
+        if args.save_cache.is_some() {
+            return unknown("--save-cache", "--method irradiance-cache");
+        }
+    }
+    if !matches!(args.method, Method::IrradianceCache | Method::Decomposition) {
+        if args.locations.is_some() {
+            return unknown("--locations", "--method decomposition or irradiance-cache");
+        }
+        if args.locations_png.is_some() {
+            return unknown("--locations-png", "--method decomposition or irradiance-cache");
+        }
+    }
+    [&args.save_cache, &args.locations, &args.locations_png].into_iter().flatten().try_for_each(|path| check_writable(path))
+}
+
+fn with_cache(args: &RenderArgs, world: &World, settings: &CacheSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+    let key = store::Key::new(world, &inputs, settings);
+    let earlier = args.load_cache.as_deref().map(|path| store::load(path, &key)).transpose()?;
+    let (rendered, cache) = cache::render(world, settings, inputs, earlier, run)?;
+    if let Some(path) = &args.save_cache {
+        store::save(path, &key, &cache.records)?;
+    }
+    Ok(rendered)
+}
+
+/// Stops by which the picture under the dots is darkened.
+const BACKDROP_STOPS: f32 = -2.0;
+
+fn write_samples(args: &RenderArgs, rendered: &Rendered) -> Result<()> {
+    if let Some(path) = &args.locations {
+        rendered.locations.write_ply(path)?;
+    }
+    if let (Some(path), Some(marks)) = (&args.locations_png, rendered.film.channels.get("location")) {
+        let exposure = args.output.exposure + BACKDROP_STOPS;
+        let mut pixels = rendered.film.rgb("").unwrap_or_default();
+        mark(&mut pixels, marks, exposure);
+        film::write_png_rgb(&pixels, rendered.film.width, rendered.film.height, path, exposure)?;
+    }
+    Ok(())
 }
 
 /// # Errors

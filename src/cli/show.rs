@@ -47,9 +47,7 @@ pub(super) fn show(args: &ShowArgs) -> Result<()> {
         let mut pixels = pixels(&film, &args.layer).ok_or_else(|| unknown(&args.layer))?;
         if let Some(dots) = &args.dots {
             let marks = film.channels.get(dots).ok_or_else(|| unknown(dots))?;
-            for (pixel, _) in pixels.iter_mut().zip(marks).filter(|(_, m)| **m != 0.0) {
-                *pixel = Rgb::new(1.0, 0.02, 0.02) * (-args.exposure).exp2();
-            }
+            mark(&mut pixels, marks, args.exposure);
         }
         height = film.height;
         rows.resize(height as usize, Vec::new());
@@ -59,6 +57,13 @@ pub(super) fn show(args: &ShowArgs) -> Result<()> {
         width += film.width;
     }
     write_png_rgb(&rows.concat(), width, height, &args.output, args.exposure)
+}
+
+/// Puts a dot where a mark is not zero, of one colour at every exposure.
+pub(super) fn mark(pixels: &mut [Rgb], marks: &[f32], exposure: f32) {
+    for (pixel, _) in pixels.iter_mut().zip(marks).filter(|(_, m)| **m != 0.0) {
+        *pixel = Rgb::new(1.0, 0.02, 0.02) * (-exposure).exp2();
+    }
 }
 
 /// A colour layer as it is, a vector from −1..1 to 0..1, a scalar in false colours: ids hashed, anything else grey from its least to its greatest.

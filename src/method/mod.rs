@@ -1,11 +1,13 @@
 //! The methods, siblings that never import one another, and what they share: [`stage`] before them, [`Rendered`] after.
 
+pub mod cache;
 pub mod decompose;
 pub mod direct;
 pub mod gather;
 pub mod locations;
 pub mod path;
 pub mod photon_map;
+pub mod ply;
 pub mod stage;
 
 use serde::{Deserialize, Serialize};
@@ -19,6 +21,8 @@ pub enum Method {
     /// Irradiance decomposition in three passes.
     #[default]
     Decomposition,
+    /// Irradiance caching: few records, extrapolated and blended.
+    IrradianceCache,
     /// Final gathering through the proxy at every point: what decomposition and caching can at best reach.
     Gather,
     /// Unidirectional path tracing: the ground truth.

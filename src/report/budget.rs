@@ -109,7 +109,7 @@ impl Lattice<'_> {
         rows.push(self.row("proxy", &self.samples, &gather(self.world, self.proxy, &self.samples.points, self.gather_rays, self.seed, self.run)?));
         let off = with(NearVisibility::Off);
         rows.push(self.row("own SH, no near sum", &self.samples, &self.own(&tree, 0.0, &off)?));
-        let whole = sample(self.world, self.proxy, &prepared.stage.samples.points, &prepared.clusters, &plain(self.settings), self.seed, self.run)?;
+        let (whole, _) = sample(self.world, self.proxy, &prepared.stage.samples.points, &prepared.clusters, &plain(self.settings), self.seed, self.run)?;
         let whole_field = FarField::new(&prepared.clusters, &whole, radius, power);
         let found = reconstruct(self.world, self.proxy, &self.samples.points, &whole_field, &tree, &off, self.seed, self.run)?;
         rows.push(self.row("SH interpolated, no near sum", &self.samples, &found.iter().map(|f| f.total).collect::<Vec<_>>()));

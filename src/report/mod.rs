@@ -2,9 +2,12 @@
 
 pub mod backends;
 pub mod budget;
+pub mod chart;
 mod compare;
+pub mod curves;
 mod flip;
 pub mod info;
+pub mod methods;
 mod metrics;
 #[cfg(feature = "embree")]
 mod native_loop;

@@ -26,6 +26,8 @@ pub enum Stream {
     Test,
     /// Rays that link cells, keyed by cell side or pixel.
     Link,
+    /// Hemispheres of irradiance cache records, keyed by record.
+    Cache,
 }
 
 /// A well-mixed 64-bit hash (SplitMix64 finaliser).

@@ -9,6 +9,9 @@
 //! Input   clusters, points, cells and their radiosity. Output  one [`ShRgb`] a cluster. Source  `[Course07]` pass 2; ridge: [`crate::sh::Fit`].
 //! Cost    clusters · rays · (one ray + O(bands⁴) flops).
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use cpu_time::ThreadTime;
 use rayon::prelude::*;
 
 use super::cluster::Clusters;
@@ -22,7 +25,7 @@ use crate::sampling::{Sobol, Stream, sample_uniform_hemisphere};
 use crate::sh::{Fit, ShRgb};
 use crate::shading::World;
 
-/// SH of every cluster (phase `sample`).
+/// SH of every cluster, and the CPU seconds it took, summed over threads (phase `sample`).
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
@@ -34,9 +37,10 @@ pub fn sample(
     settings: &DecomposeSettings,
     seed: u64,
     run: &Run,
-) -> Result<Vec<ShRgb>> {
+) -> Result<(Vec<ShRgb>, f64)> {
     let phase = run.phase("sample", clusters.len() as u64);
     let alpha = settings.lengths(world.diagonal).alpha;
+    let nanoseconds = AtomicU64::new(0);
     let out = run.install(|| {
         (0..clusters.len())
             .into_par_iter()
@@ -47,12 +51,15 @@ pub fn sample(
                 }
                 run.rays.add(RayKind::Sample, u64::from(settings.rays));
                 phase.advance(1);
-                sample_cluster(world, proxy, points, clusters.members_of(c), settings, alpha, seed, c as u64)
+                let start = ThreadTime::now();
+                let sh = sample_cluster(world, proxy, points, clusters.members_of(c), settings, alpha, seed, c as u64);
+                nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+                sh
             })
             .collect()
     });
     run.check()?;
-    Ok(out)
+    Ok((out, nanoseconds.into_inner() as f64 * 1e-9))
 }
 
 /// SH from the given members' hemispheres; `element` keys the random numbers.

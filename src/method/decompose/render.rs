@@ -28,6 +28,8 @@ pub struct Prepared {
     pub clusters: Clusters,
     /// Pass 2b: one a cluster.
     pub sh: Vec<ShRgb>,
+    /// CPU seconds of pass 2b, summed over threads.
+    pub sample_seconds: f64,
 }
 
 /// Proxy, pass 1 and pass 2.
@@ -49,8 +51,8 @@ pub fn prepare(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, 
         let chosen: Vec<u32> = (0..points.len() as u32).filter(chosen).collect();
         run.install(|| cluster(points, chosen, lengths.cluster_radius, settings.cluster_normal_cos, inputs.seed))
     };
-    let sh = far::sample(world, stage.proxy(), points, &clusters, settings, inputs.seed, run)?;
-    Ok(Prepared { lengths, stage, clusters, sh })
+    let (sh, sample_seconds) = far::sample(world, stage.proxy(), points, &clusters, settings, inputs.seed, run)?;
+    Ok(Prepared { lengths, stage, clusters, sh, sample_seconds })
 }
 
 /// The clusters' centres; each belongs to the pixel whose point lies nearest.
@@ -105,6 +107,7 @@ pub fn render(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, r
         ("alpha", json!(prepared.lengths.alpha)),
         ("clusters", json!(prepared.clusters.len())),
         ("rays_per_cluster", json!(settings.rays)),
+        ("microseconds_per_cluster", json!(prepared.sample_seconds * 1e6 / prepared.clusters.len().max(1) as f64)),
         ("near_triangles_mean", json!(near_cells as f64 / samples.points.len().max(1) as f64)),
     ] {
         stats.insert(key.into(), value);

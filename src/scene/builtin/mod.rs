@@ -1,9 +1,11 @@
 //! Scenes made by code: parametric, deterministic, with their materials; asked for by `[[mesh]] builtin = "…"` in a scene file.
 
+mod atrium;
 mod interior;
 mod slats;
 mod solid;
 
+pub use atrium::{AtriumParameters, atrium};
 pub use interior::{InteriorParameters, interior};
 pub use slats::{SlatsParameters, slats};
 
@@ -27,9 +29,10 @@ pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, Strin
         t.clone().try_into().map_err(|e: toml::de::Error| format!("parameters: {}", e.message().trim_end()))
     }
     let mut made = match name {
+        "atrium" => atrium(&read(parameters)?)?,
         "interior" => interior(&read(parameters)?)?,
         "slats" => slats(&read(parameters)?)?,
-        _ => return Err(format!("there is no builtin \"{name}\"; there are: interior, slats")),
+        _ => return Err(format!("there is no builtin \"{name}\"; there are: atrium, interior, slats")),
     };
     made.mesh.name = name.into();
     Ok(made)
@@ -43,10 +46,11 @@ mod tests {
 
     #[test]
     fn all_parts_are_closed_and_outward() {
-        for name in ["interior", "slats"] {
+        for name in ["atrium", "interior", "slats"] {
             let made = generate(name, &toml::Table::new()).unwrap();
             let count = made.mesh.triangles.len();
             assert!(name != "interior" || (50_000..200_000).contains(&count), "{count}");
+            assert!(name != "atrium" || (550_000..650_000).contains(&count), "{count}");
             let geometry = Geometry::new(&Scene { meshes: vec![made.mesh], materials: made.materials, ..Scene::default() });
             assert_eq!(geometry.dropped_degenerate + geometry.dropped_duplicate, 0, "{name}");
             let topology = analyze_topology(&geometry);
@@ -60,6 +64,8 @@ mod tests {
         let with = |detail: f64| generate("interior", &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(detail))])).unwrap().mesh;
         assert_eq!(with(0.5).positions, with(0.5).positions);
         assert!(with(1.0).triangles.len() > 2 * with(0.5).triangles.len());
+        let coarse = generate("atrium", &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(0.05))])).unwrap().mesh;
+        assert!((15_000..30_000).contains(&coarse.triangles.len()), "{}", coarse.triangles.len());
         assert!(generate("interior", &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(99.0))])).is_err());
         assert!(generate("castle", &toml::Table::new()).unwrap_err().contains("interior, slats"));
     }

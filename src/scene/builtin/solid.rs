@@ -18,7 +18,7 @@ pub struct Solids {
 
 impl Solids {
     /// Adds one closed component; flips it when its volume is negative.
-    fn add(&mut self, positions: &[Vec3], mut triangles: Vec<[u32; 3]>, materials: &[u32]) {
+    pub fn solid(&mut self, positions: &[Vec3], mut triangles: Vec<[u32; 3]>, materials: &[u32]) {
         let p = |i: u32| positions[i as usize].as_dvec3();
         let volume: f64 = triangles.iter().map(|t| p(t[0]).dot(p(t[1]).cross(p(t[2])))).sum();
         if volume < 0.0 {
@@ -53,7 +53,7 @@ impl Solids {
             }
         }
         let count = triangles.len();
-        self.add(&positions, triangles, &vec![material; count]);
+        self.solid(&positions, triangles, &vec![material; count]);
     }
 
     /// An axis-aligned box.
@@ -63,7 +63,7 @@ impl Solids {
         let positions: Vec<Vec3> = rings.iter().flatten().copied().collect();
         let quads = [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [3, 2, 1, 0], [4, 5, 6, 7]];
         let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-        self.add(&positions, triangles, &[material; 12]);
+        self.solid(&positions, triangles, &[material; 12]);
     }
 
     /// A body of revolution about the vertical through `foot`: `profile` holds (radius, height), `around` segments; the radius is multiplied
@@ -147,6 +147,6 @@ impl Solids {
                 }
             }
         }
-        self.add(&positions, triangles, &materials);
+        self.solid(&positions, triangles, &materials);
     }
 }
