@@ -7,6 +7,7 @@
 mod bench;
 mod budget;
 mod compare;
+mod export;
 mod info;
 mod measure;
 mod methods;
@@ -44,6 +45,8 @@ enum Command {
     Show(show::ShowArgs),
     /// Measure ray backends and methods.
     Bench(bench::BenchArgs),
+    /// Write a scene for other renderers (Mitsuba 3).
+    Export(export::ExportArgs),
     /// Tell what a scene holds and what is odd about it.
     Info(info::InfoArgs),
 }
@@ -74,6 +77,7 @@ pub fn run() -> ExitCode {
         Command::Compare(args) => compare::compare(&args),
         Command::Show(args) => show::show(&args),
         Command::Bench(args) => bench::bench(&args, &cancel),
+        Command::Export(args) => export::write(&args),
         Command::Info(args) => info::info(&args, &cancel),
     };
     match done {

@@ -5,6 +5,7 @@ pub mod budget;
 pub mod chart;
 mod compare;
 pub mod curves;
+pub mod export;
 mod flip;
 pub mod info;
 pub mod methods;

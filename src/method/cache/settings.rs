@@ -82,7 +82,7 @@ impl Default for CacheSettings {
             min_spacing: 1.5,
             max_spacing: 60.0,
             max_radius: 0.1,
-            clearance: 2.0,
+            clearance: 0.5,
             aspect: 2.0,
             angle: 20.0,
             plane: 0.25,

@@ -1,0 +1,152 @@
+//! The text of a Mitsuba 3 scene.
+
+use std::fmt::Write as _;
+
+use glam::Vec3;
+
+use crate::radiometry::{MAX_ALBEDO, Rgb};
+use crate::scene::{Light, Material, Scene};
+
+/// A scene description under construction: shapes may name materials that are described later.
+#[derive(Debug)]
+pub struct Document {
+    head: String,
+    materials: String,
+    body: String,
+}
+
+fn numbers(v: Vec3) -> String {
+    format!("{}, {}, {}", v.x, v.y, v.z)
+}
+
+fn area(radiance: Rgb) -> String {
+    format!("<emitter type=\"area\"><rgb name=\"radiance\" value=\"{}\"/></emitter>", numbers(radiance))
+}
+
+const BLACK: &str = "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0\"/></bsdf>";
+
+impl Document {
+    /// Integrator and sensor.
+    pub fn new(scene: &Scene) -> Self {
+        let c = &scene.camera;
+        let head = format!(
+            r#"<?xml version="1.0" encoding="utf-8"?>
+<scene version="3.0.0">
+    <default name="spp" value="64"/>
+    <default name="width" value="{}"/>
+    <default name="height" value="{}"/>
+    <default name="integrator" value="path"/>
+    <integrator type="$integrator"/>
+    <sensor type="perspective">
+        <string name="fov_axis" value="y"/>
+        <float name="fov" value="{}"/>
+        <float name="near_clip" value="1e-4"/>
+        <float name="far_clip" value="1e8"/>
+        <transform name="to_world"><lookat origin="{}" target="{}" up="{}"/></transform>
+        <sampler type="independent"><integer name="sample_count" value="$spp"/></sampler>
+        <film type="hdrfilm">
+            <integer name="width" value="$width"/>
+            <integer name="height" value="$height"/>
+            <string name="pixel_format" value="rgb"/>
+            <string name="component_format" value="float32"/>
+            <rfilter type="box"/>
+        </film>
+    </sensor>
+"#,
+            c.width,
+            c.height,
+            c.vfov_deg,
+            numbers(c.eye),
+            numbers(c.target),
+            numbers(c.up)
+        );
+        Self { head, materials: String::new(), body: String::new() }
+    }
+
+    /// A PLY file of one material. Without `normals` faces are flat, where Mitsuba would make normals of its own.
+    pub fn mesh(&mut self, file: &str, id: u32, material: &Material, normals: bool) {
+        let light = if material.emits() { area(material.emission) } else { String::new() };
+        let faces = if normals { "" } else { "<boolean name=\"face_normals\" value=\"true\"/>" };
+        let _ = writeln!(self.body, "    <shape type=\"ply\"><string name=\"filename\" value=\"{file}\"/>{faces}<ref id=\"material-{id}\"/>{light}</shape>");
+    }
+
+    /// A two-sided diffuse material, under a mask where it has one.
+    pub fn material(&mut self, id: u32, material: &Material, texture: bool, mask: bool) {
+        let bitmap = |slot: &str, file: &str, more: &str| {
+            format!("<texture type=\"bitmap\" name=\"{slot}\"><string name=\"filename\" value=\"{file}-{id}.png\"/>{more}</texture>")
+        };
+        let albedo = material.albedo.clamp(Rgb::ZERO, Rgb::splat(MAX_ALBEDO));
+        let reflectance = if texture { bitmap("reflectance", "texture", "") } else { format!("<rgb name=\"reflectance\" value=\"{}\"/>", numbers(albedo)) };
+        let plain = |id: &str| format!("<bsdf type=\"twosided\"{id}><bsdf type=\"diffuse\">{reflectance}</bsdf></bsdf>");
+        let named = format!(" id=\"material-{id}\"");
+        let nearest = "<string name=\"filter_type\" value=\"nearest\"/><boolean name=\"raw\" value=\"true\"/>";
+        let text = if mask {
+            format!("<bsdf type=\"mask\"{named}>{}{}</bsdf>", bitmap("opacity", "mask", nearest), plain(""))
+        } else if material.opacity < 0.5 {
+            format!("<bsdf type=\"mask\"{named}><float name=\"opacity\" value=\"0\"/>{}</bsdf>", plain(""))
+        } else {
+            plain(&named)
+        };
+        let _ = writeln!(self.materials, "    {text}");
+    }
+
+    /// A light; `around` is a ball that holds the scene. The quad's mesh is `quad-NUMBER.ply`.
+    pub fn light(&mut self, number: usize, light: &Light, around: (Vec3, f32)) {
+        let rgb = |name: &str, value: Rgb| format!("<rgb name=\"{name}\" value=\"{}\"/>", numbers(value));
+        let text = match *light {
+            Light::Quad { radiance, .. } => {
+                let file = format!("<string name=\"filename\" value=\"quad-{number}.ply\"/>");
+                format!("<shape type=\"ply\">{file}<boolean name=\"face_normals\" value=\"true\"/>{BLACK}{}</shape>", area(radiance))
+            }
+            Light::Sphere { center, radius, radiance } => {
+                let center = format!("<point name=\"center\" x=\"{}\" y=\"{}\" z=\"{}\"/>", center.x, center.y, center.z);
+                format!("<shape type=\"sphere\">{center}<float name=\"radius\" value=\"{radius}\"/>{BLACK}{}</shape>", area(radiance))
+            }
+            Light::Sun { direction_to_sun, irradiance, angular_radius_deg: 0.0 } => {
+                let d = -direction_to_sun;
+                let direction = format!("<vector name=\"direction\" x=\"{}\" y=\"{}\" z=\"{}\"/>", d.x, d.y, d.z);
+                format!("<emitter type=\"directional\">{direction}{}</emitter>", rgb("irradiance", irradiance))
+            }
+            Light::Sun { direction_to_sun, irradiance, angular_radius_deg } => {
+                // So far away that its direction is the same to a thousandth of a degree for all of the scene.
+                let (center, radius) = around;
+                let distance = 2e4 * radius;
+                let at = center + direction_to_sun * distance;
+                let angle = angular_radius_deg.to_radians();
+                let up = direction_to_sun.any_orthonormal_vector();
+                let disc = format!(
+                    "<transform name=\"to_world\"><scale value=\"{}\"/><lookat origin=\"{}\" target=\"{}\" up=\"{}\"/></transform>",
+                    distance * angle.tan(),
+                    numbers(at),
+                    numbers(center),
+                    numbers(up)
+                );
+                let radiance = irradiance / (std::f32::consts::PI * angle.sin().powi(2));
+                format!("<shape type=\"disk\">{disc}{BLACK}{}</shape>", area(radiance))
+            }
+            Light::Sky { radiance } => format!("<emitter type=\"constant\">{}</emitter>", rgb("radiance", radiance)),
+            Light::Point { position, intensity } => {
+                let at = format!("<point name=\"position\" x=\"{}\" y=\"{}\" z=\"{}\"/>", position.x, position.y, position.z);
+                format!("<emitter type=\"point\">{at}{}</emitter>", rgb("intensity", intensity))
+            }
+            Light::Spot { position, direction, intensity, inner_deg, outer_deg } => {
+                let up = direction.any_orthonormal_vector();
+                let at = format!(
+                    "<transform name=\"to_world\"><lookat origin=\"{}\" target=\"{}\" up=\"{}\"/></transform>",
+                    numbers(position),
+                    numbers(position + direction),
+                    numbers(up)
+                );
+                let cone =
+                    format!("<float name=\"cutoff_angle\" value=\"{outer_deg}\"/><float name=\"beam_width\" value=\"{}\"/>", inner_deg.min(outer_deg * 0.999));
+                format!("<emitter type=\"spot\">{at}{cone}{}</emitter>", rgb("intensity", intensity))
+            }
+        };
+        let _ = writeln!(self.body, "    {text}");
+    }
+
+    /// The whole text.
+    pub fn finish(self) -> String {
+        format!("{}{}{}</scene>\n", self.head, self.materials, self.body)
+    }
+}
