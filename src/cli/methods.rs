@@ -23,7 +23,7 @@ use crate::report::{Comparison, Reference, compare, read_reference};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Options of --methods")]
 pub(super) struct MethodsOptions {
-    /// Lines to draw; default all: decomposition, hessian, production-2006, split-sphere, gather, path, photon-map.
+    /// Lines to draw; default all: decomposition, course, hessian, production-2006, split-sphere, gather, path, photon-map.
     #[arg(long, requires = "methods", value_name = "LINES", value_delimiter = ',')]
     only: Vec<String>,
     /// Values of a line's knob, or of another KEY, which makes a line of its own; further settings after ";". May be repeated.
@@ -70,8 +70,16 @@ struct Line {
     with_default: bool,
 }
 
-const LINES: [Line; 7] = [
+const LINES: [Line; 8] = [
     Line { name: "decomposition", method: Method::Decomposition, fixed: &[], knob: "decompose.alpha", values: &["4%", "2%", "1%", "0.5%"], with_default: true },
+    Line {
+        name: "course",
+        method: Method::Decomposition,
+        fixed: &[("decompose.near_visibility", "assumed")],
+        knob: "decompose.alpha",
+        values: &["4%", "2%", "1%"],
+        with_default: true,
+    },
     Line {
         name: "hessian",
         method: Method::IrradianceCache,

@@ -5,16 +5,18 @@
 //!      + Σ_{cells T near x} m_T (B_T G_T / π − S_T)            near: what T sends, less what the SH had claimed for T's directions
 //! ```
 //! with G the cosine-weighted solid angle of T above the horizon, S the SH radiance integrated over the same directions, B the radiosity of
-//! the side of T that faces x, and m a soft membership in the ball of radius alpha. Near cells are assumed visible.
+//! the side of T that faces x, and m a soft membership in the ball of radius alpha. The course assumes near cells
+//! visible and sums all of them (`near_visibility = "assumed"`); the default finds what is seen by short rays instead and estimates the
+//! same difference, whose noise [`filter`] takes away.
 //!
 //! | Pass | File | In → out |
 //! |---|---|---|
 //! | 1 | [`crate::record`] | camera → `CameraSamples`, `ShadingPoints` |
 //! | 2 | [`cluster`] | points → [`cluster::Clusters`]; [`far`]: clusters → SH of each |
-//! | 3 | [`interpolate`], [`near`] or [`near_rays`], [`reconstruct`] | SH, cells → irradiance at every point |
+//! | 3 | [`interpolate`], [`near_rays`] and [`filter`], or [`near`]; [`reconstruct`] | SH, cells → irradiance at every point |
 //!
 //! Guarantees  bit-identical for any thread count; alpha = 0 is a plain SH gather; alpha = ∞ with `near_hits = "ignore"` is the sum over
-//!             all cells. Not: visibility among near cells (`near_visibility = "traced"` tests it at a price), leak tests between clusters.
+//!             all cells. Not: visibility among near cells with `assumed` (`traced` tests it at a price), leak tests between clusters.
 //! Cost        clusters · rays + points · (near cells · tens of ns).
 
 pub mod cluster;

@@ -89,11 +89,11 @@ pub enum NearIntegral {
 #[serde(rename_all = "kebab-case")]
 pub enum NearVisibility {
     /// Every near cell that faces the point is visible (the course).
-    #[default]
     Assumed,
     /// One ray to the cell's centroid.
     Traced,
     /// No sum over cells: `near_rays` cosine-distributed rays of length alpha find what is near and seen, as a difference against the SH.
+    #[default]
     Rays,
     /// No near sum at all: the far field alone.
     Off,
@@ -118,9 +118,9 @@ pub struct DecomposeSettings {
     pub alpha: Length,
     /// Longest edge of a cell; default 0.7 alpha.
     pub near_cell: Option<Length>,
-    /// Largest distance of a member from its cluster's centre; default alpha.
+    /// Largest distance of a member from its cluster's centre; default half of alpha.
     pub cluster_radius: Option<Length>,
-    /// Reach of interpolation; default 1.5 cluster radii.
+    /// Reach of interpolation; default 2 cluster radii.
     pub blend_radius: Option<Length>,
     /// Cosine of the largest angle between a member's normal and its cluster's.
     pub cluster_normal_cos: f32,
@@ -224,8 +224,8 @@ impl DecomposeSettings {
         let alpha = self.alpha.resolve(diagonal);
         let base = if alpha > 0.0 && alpha.is_finite() { alpha } else { diagonal / 50.0 };
         let or = |l: Option<Length>, default: f32| l.map_or(default, |l| l.resolve(diagonal));
-        let cluster_radius = or(self.cluster_radius, base);
-        Lengths { alpha, near_cell: or(self.near_cell, 0.7 * base), cluster_radius, blend_radius: or(self.blend_radius, 1.5 * cluster_radius) }
+        let cluster_radius = or(self.cluster_radius, 0.5 * base);
+        Lengths { alpha, near_cell: or(self.near_cell, 0.7 * base), cluster_radius, blend_radius: or(self.blend_radius, 2.0 * cluster_radius) }
     }
 }
 
@@ -241,10 +241,11 @@ mod tests {
             assert!(bad.parse::<Length>().is_err(), "{bad}");
         }
         let l = DecomposeSettings { cluster_radius: Some(Length::Units(3.0)), ..DecomposeSettings::default() }.lengths(100.0);
-        assert_eq!((l.alpha, l.near_cell, l.cluster_radius, l.blend_radius), (2.0, 1.4, 3.0, 4.5));
+        assert_eq!((l.alpha, l.near_cell, l.cluster_radius, l.blend_radius), (2.0, 1.4, 3.0, 6.0));
         let settings: DecomposeSettings = toml::from_str("alpha = \"4%\"\nnear_cell = 0.25").unwrap();
         assert_eq!(settings.near_cell, Some(Length::Units(0.25)));
         assert!(toml::from_str::<DecomposeSettings>("alfa = 1").is_err());
-        assert!(DecomposeSettings { sh_bands: 4, ..DecomposeSettings::default() }.validate().is_err());
+        let assumed = DecomposeSettings { near_visibility: NearVisibility::Assumed, ..DecomposeSettings::default() };
+        assert!(DecomposeSettings { sh_bands: 4, ..assumed }.validate().is_err());
     }
 }
