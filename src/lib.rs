@@ -29,6 +29,10 @@
 //!   "Fast and detailed approximate global illumination by irradiance decomposition", SIGGRAPH 2005.
 //! * `[Lambert60]` Lambert's polygon form factor; `[Arvo95]` Arvo, "Applications of irradiance tensors".
 //! * `[RH01]` Ramamoorthi, Hanrahan, "An efficient representation for irradiance environment maps".
+//! * `[Ward88]` Ward, Rubinstein, Clear, "A ray tracing solution for diffuse interreflection". `[Ward92]` Ward, Heckbert, "Irradiance gradients".
+//!   `[Tabellion04]` Tabellion, Lamorlette, "An approximate global illumination system for computer generated films". `[Krivanek06]` Křivánek
+//!   et al., "Making radiance and irradiance caching practical". `[Schwarzhaupt12]` Schwarzhaupt, Jensen, Jarosz, "Practical Hessian-based error
+//!   control for irradiance caching".
 //! * `[Jensen96]` Jensen, "Global illumination using photon maps". `[Veach97]` Veach, PhD thesis (MIS, §9.2).
 //! * `[Burley20]` Burley, "Practical hash-based Owen scrambling". `[Duff17]` Duff et al., "Building an orthonormal basis, revisited".
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise"))]
