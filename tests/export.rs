@@ -110,10 +110,10 @@ fn textures_masks_and_every_light_have_their_counterpart() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let (types, triangles) = read(&at("out"));
     assert_eq!(triangles, 3 + 2, "two of the card, one that glows, two of the quad light");
+    let text = std::fs::read_to_string(at("out").join("scene.xml")).unwrap();
+    assert!(text.contains(r#"name="integrator" value="volpath""#), "light passes masks");
     // The mask and the albedo; a disc for the wide sun; areas: glow, quad, sphere, disc.
-    for (word, count) in
-        [("bitmap", 2), ("mask", 1), ("directional", 1), ("disk", 1), ("constant", 1), ("point", 1), ("spot", 1), ("sphere", 1), ("area", 4)]
-    {
+    for (word, count) in [("bitmap", 2), ("mask", 1), ("directional", 1), ("disk", 1), ("constant", 1), ("point", 1), ("spot", 1), ("sphere", 1), ("area", 4)] {
         assert_eq!(has(&types, word), count, "{word}");
     }
 }
