@@ -10,6 +10,7 @@ mod cli;
 mod conformance;
 mod convergence;
 mod decompose;
+mod export;
 mod info;
 mod near_far;
 mod path;

@@ -2,7 +2,7 @@
 //!
 //! Input      a [`Scene`] and a folder.
 //! Output     `scene.xml`, one `mesh-N-M.ply` for every mesh and material that meet, `texture-N.png`, `mask-N.png`. `scene.xml` takes the parameters
-//!            `spp`, `width`, `height`, `integrator` (default `path`).
+//!            `spp`, `width`, `height`, `integrator` (default `path`, with masks `volpath`).
 //! Guarantees the same radiometry: radiance, irradiance and radiant intensity mean the same there; sensor with box filter, `max_depth` unlimited.
 //! Not        exact: a sun with extent becomes a distant disc of the same irradiance; sphere lights are exact spheres, here they are
 //!            tessellated; a spot's penumbra falls off linearly in the angle there, by smoothstep in the cosine here; albedo times

@@ -26,16 +26,19 @@ fn area(radiance: Rgb) -> String {
 const BLACK: &str = "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0\"/></bsdf>";
 
 impl Document {
-    /// Integrator and sensor.
+    /// Integrator and sensor. Mitsuba's `path` takes a masked surface for solid when it asks whether a light is seen, and finds the light
+    /// behind it by chance only; `volpath` asks through masks.
     pub fn new(scene: &Scene) -> Self {
         let c = &scene.camera;
+        let masked = scene.materials.iter().any(|m| m.opacity_texture.is_some() || m.opacity < 0.5);
+        let integrator = if masked { "volpath" } else { "path" };
         let head = format!(
             r#"<?xml version="1.0" encoding="utf-8"?>
 <scene version="3.0.0">
     <default name="spp" value="64"/>
     <default name="width" value="{}"/>
     <default name="height" value="{}"/>
-    <default name="integrator" value="path"/>
+    <default name="integrator" value="{integrator}"/>
     <integrator type="$integrator"/>
     <sensor type="perspective">
         <string name="fov_axis" value="y"/>
