@@ -135,11 +135,12 @@ fn check_samples(args: &RenderArgs) -> Result<()> {
 }
 
 fn with_cache(args: &RenderArgs, world: &World, settings: &CacheSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
-    let key = store::Key::new(world, &inputs, settings);
-    let earlier = args.load_cache.as_deref().map(|path| store::load(path, &key)).transpose()?;
+    // The key reads the whole scene: made only where there is a file to compare it with.
+    let key = || store::Key::new(world, &inputs, settings);
+    let earlier = args.load_cache.as_deref().map(|path| store::load(path, &key())).transpose()?;
     let (rendered, cache) = cache::render(world, settings, inputs, earlier, run)?;
     if let Some(path) = &args.save_cache {
-        store::save(path, &key, &cache.records)?;
+        store::save(path, &key(), &cache.records)?;
     }
     Ok(rendered)
 }

@@ -239,3 +239,99 @@ impl Rule {
         record.radius_max() * reach * 1.05
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::radiometry::Rgb;
+
+    const MODES: [Mode; 3] = [Mode::Hessian, Mode::Production2006, Mode::SplitSphere];
+
+    fn measured(distance: f32, curvature: [f32; 2], slope: f32) -> Measured {
+        Measured {
+            irradiance: Rgb::splat(2.0),
+            gradient_rotation: [Vec3::ZERO; 3],
+            gradient_translation: [Vec3::X * slope; 3],
+            distance_harmonic: 2.0 * distance,
+            distance_min: distance,
+            curvature_axis: Vec3::X,
+            curvature,
+            low_occluder: [f32::INFINITY; SECTORS],
+            rays: 512,
+            standard_error: 0.0,
+        }
+    }
+
+    fn rule(mode: Mode) -> Rule {
+        Rule::new(&CacheSettings { mode, ..CacheSettings::default() }, 10_000, 10.0)
+    }
+
+    /// Footprint 0.01: radii lie between the least and the greatest spacing of so many pixels.
+    fn made(rule: &Rule, m: &Measured) -> CacheRecord {
+        rule.record(m, Vec3::ZERO, Vec3::Z, 0.01)
+    }
+
+    #[test]
+    fn weights_fall_continuously_to_zero_at_the_border() {
+        for mode in MODES {
+            let rule = rule(mode);
+            let record = made(&rule, &measured(0.5, [4.0, 0.5], 0.0));
+            let border = rule.sphere(&record, 1.0);
+            let along = |t: f32| rule.weight(&record, Vec3::X * (t * border), Vec3::Z, 1.0);
+            assert!(along(0.0) > 0.0 && along(1.0) == 0.0, "{mode:?}");
+            let steps: Vec<f32> = (1..=2000).map(|i| along(i as f32 / 2000.0)).collect();
+            assert!(steps.windows(2).all(|w| w[1] <= w[0]), "{mode:?}");
+            let last = steps.iter().rposition(|w| *w > 0.0).unwrap();
+            assert!(steps[last] < 0.01 * steps[0], "{mode:?}: jumps from {} to zero", steps[last]);
+            // Turning the normal away ends it as well, and a smaller reach never gives more.
+            assert_eq!(rule.weight(&record, Vec3::ZERO, Vec3::X, 1.0), 0.0, "{mode:?}");
+            assert!(rule.weight(&record, Vec3::X * (0.5 * border), Vec3::Z, 1.5) >= along(0.5), "{mode:?}");
+        }
+    }
+
+    #[test]
+    fn records_in_front_of_the_point_are_left_out() {
+        for mode in MODES {
+            let rule = rule(mode);
+            let record = made(&rule, &measured(0.5, [1.0, 1.0], 0.0));
+            let behind = Vec3::Z * (-0.2 * record.radius_max());
+            assert_eq!(rule.weight(&record, behind, Vec3::Z, 1.0), 0.0, "{mode:?}");
+        }
+    }
+
+    #[test]
+    fn radii_follow_curvature_clearance_slope_and_footprint() {
+        let settings = CacheSettings { clearance: f32::INFINITY, ..CacheSettings::default() };
+        let free = Rule::new(&settings, 10_000, 10.0);
+        let [r, r4] = [1e4, 16e4].map(|c| made(&free, &measured(1.0, [c, c], 0.0)).radius[0]);
+        assert!((r / r4 - 2.0).abs() < 1e-3, "fourth root: {r} {r4}");
+        let long = made(&free, &measured(1.0, [1e6, 1e-6], 0.0)).radius;
+        assert!(long[1] <= settings.aspect * long[0] * 1.0001 && long[1] > long[0]);
+        let steep = made(&free, &measured(1.0, [1e4, 1e4], 6.0 * 20.0));
+        assert!(steep.radius[0] < r && steep.radius[1] > steep.radius[0], "only along the slope");
+        for mode in MODES {
+            let rule = rule(mode);
+            let tiny = made(&rule, &measured(1e-9, [1e20, 1e20], 10.0));
+            assert_eq!(tiny.radius, [tiny.floor; 2], "{mode:?}");
+            assert!(mode == Mode::SplitSphere || tiny.gradient_translation[0].length() < 1e-3, "{mode:?}: no slope over more than it was measured for");
+            let huge = made(&rule, &measured(1e9, [0.0, 0.0], 0.0));
+            let limit = (0.01 * CacheSettings::default().max_spacing).min(10.0 * CacheSettings::default().max_radius);
+            assert!(huge.radius[0] <= limit * 1.0001 && huge.radius[0] > 0.9 * limit, "{mode:?} {:?}", huge.radius);
+        }
+    }
+
+    #[test]
+    fn neighbours_shorten_one_another_but_never_below_the_floor() {
+        for mode in [Mode::Hessian, Mode::Production2006] {
+            let rule = rule(mode);
+            let mut record = made(&rule, &measured(0.5, [1e-6, 1e-6], 0.0));
+            let before = record.radius[0];
+            rule.clamp(&mut record, 1.0);
+            assert_eq!(record.radius[0], before, "a neighbour with more room changes nothing");
+            rule.clamp(&mut record, 0.25);
+            assert!(record.radius[0] <= before && record.clearance == 0.25, "{mode:?}");
+            rule.clamp(&mut record, 0.0);
+            assert_eq!(record.radius, [record.floor; 2], "{mode:?}");
+        }
+    }
+}
