@@ -104,13 +104,17 @@ fn error_to_the_gather_falls_with_the_knob() {
 fn falls_to_the_gather(scene: &Scene, near_cell: f32) {
     let w = world(scene, *backends().last().unwrap());
     let photon = PhotonSettings { count: 20_000, ..PhotonSettings::default() };
-    let stage =
-        Stage::new(&w, Inputs { near_cell, ..inputs(&photon, &RecordSettings { spp: 1, ..RecordSettings::default() }, &DirectSettings::default()) }, &Run::new(2).unwrap()).unwrap();
-    let truth = gathered(&w, &stage, 4096);
+    let stage = Stage::new(
+        &w,
+        Inputs { near_cell, ..inputs(&photon, &RecordSettings { spp: 1, ..RecordSettings::default() }, &DirectSettings::default()) },
+        &Run::new(2).unwrap(),
+    )
+    .unwrap();
+    let truth = gathered(&w, &stage, 8192);
     for mode in [Mode::Hessian, Mode::Production2006] {
         let mut found = Vec::new();
-        for error in [1.0, 0.2, 0.04] {
-            let (e, cache) = cached(&w, &CacheSettings { error, rays: 2048, ..settings(mode) }, &stage);
+        for error in [1.0, 0.2, 0.01] {
+            let (e, cache) = cached(&w, &CacheSettings { error, rays: 4096, ..settings(mode) }, &stage);
             found.push((relative_mse(&e, &truth), cache.records.len()));
         }
         eprintln!("{mode:?} {found:?}");
