@@ -124,7 +124,7 @@ impl Rule {
                     }
                 }
                 record.clearance = distance.min(limits[1] / self.kappa);
-                self.from_clearance(&mut record);
+                self.fit_clearance(&mut record);
             }
         }
         if self.leak_guard {
@@ -135,7 +135,7 @@ impl Rule {
     }
 
     /// The circle that follows from the clearance; gradients are damped where the floor lifted it.
-    fn from_clearance(&self, record: &mut CacheRecord) {
+    fn fit_clearance(&self, record: &mut CacheRecord) {
         let wanted = self.kappa * record.clearance;
         record.radius = [wanted.max(record.floor); 2];
         if wanted < record.floor {
@@ -159,7 +159,7 @@ impl Rule {
             let before = (self.kappa * record.clearance / record.floor).min(1.0);
             record.clearance = bound;
             record.gradient_translation = record.gradient_translation.map(|g| g / before.max(1e-6));
-            self.from_clearance(record);
+            self.fit_clearance(record);
         }
     }
 
