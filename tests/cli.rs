@@ -237,3 +237,18 @@ fn ctrl_c_keeps_what_was_done() {
     assert_eq!(film.header["nearfar.complete"], "false");
     assert!(film.channels["samples"].iter().all(|&n| n >= 1.0));
 }
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_leaves_ends_the_program_quietly() {
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_nearfar"))
+        .args(["info", concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.toml")])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
+    assert_eq!(output.status.code(), Some(141));
+}

@@ -51,8 +51,20 @@ enum Command {
     Info(info::InfoArgs),
 }
 
+/// A reader that has seen enough (`nearfar compare … | head`) ends the program, as it does for others, without a word.
+fn end_with_the_reader() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if panic.payload().downcast_ref::<String>().is_some_and(|m| m.starts_with("failed printing to stdout")) {
+            std::process::exit(141);
+        }
+        usual(panic);
+    }));
+}
+
 /// Runs the program on the process's arguments.
 pub fn run() -> ExitCode {
+    end_with_the_reader();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {

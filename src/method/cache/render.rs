@@ -1,5 +1,6 @@
 //! Fill and final pass in a row.
 
+use rayon::prelude::*;
 use serde_json::json;
 
 use super::fill::Cache;
@@ -11,7 +12,7 @@ use crate::method::Rendered;
 use crate::method::locations::Locations;
 use crate::method::stage::{Inputs, Stage};
 use crate::radiometry::Rgb;
-use crate::run::Run;
+use crate::run::{RayKind, Run};
 use crate::shading::World;
 
 /// Extends `cache` to all shading points of the stage and blends it there.
@@ -22,11 +23,16 @@ pub fn fill_and_interpolate(world: &World, settings: &CacheSettings, stage: &Sta
     cache.fill(world, stage.proxy(), &stage.samples, settings.rays, seed, run)?;
     let points = &stage.samples.points;
     let blended = interpolate(world, cache, points, settings, run)?;
+    // Few or none: points that no record reaches, measured by themselves.
     let own = |i: usize| {
         let (p, ng, ns) = (points.p[i], points.ng[i], points.ns[i]);
-        measure(world, stage.proxy(), p, ng, ns, settings.rays, Derivatives::None, seed, i as u64).irradiance
+        let measured = measure(world, stage.proxy(), p, ng, ns, settings.rays, Derivatives::None, seed, i as u64);
+        run.rays.add(RayKind::Sample, u64::from(measured.rays));
+        measured.irradiance
     };
-    Ok(blended.iter().enumerate().map(|(i, e)| e.unwrap_or_else(|| own(i))).collect())
+    let whole = run.install(|| blended.par_iter().enumerate().map(|(i, e)| e.unwrap_or_else(|| own(i))).collect());
+    run.check()?;
+    Ok(whole)
 }
 
 fn locations(cache: &Cache) -> Locations {
