@@ -50,7 +50,7 @@ fn irradiance_under_plates(heights: &[f32], near_visibility: NearVisibility) -> 
     let alpha = 10.0;
     let sh = sample_cluster(&w, proxy, &points, &[0, 1], &settings, alpha, 0, 0);
     let tree = NearTree::new(proxy);
-    let (found, _) = point(&w, &tree, &sh, Vec3::ZERO, Vec3::Y, &settings, alpha, &mut Rng::new(0, Stream::Near, 0, 0));
+    let (found, _) = point(&w, Some(&tree), &sh, Vec3::ZERO, Vec3::Y, &settings, alpha, &mut Rng::new(0, Stream::Near, 0, 0));
     (found.total.x / std::f32::consts::PI, factors)
 }
 

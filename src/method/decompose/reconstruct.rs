@@ -35,10 +35,10 @@ pub struct PointIrradiance {
     pub closeness: f32,
 }
 
-/// Irradiance at `p` with unit normal `n` for a given far field.
+/// Irradiance at `p` with unit normal `n` for a given far field and the near sum over `tree`; the far field alone without one.
 pub fn point(
     world: &World,
-    tree: &NearTree,
+    tree: Option<&NearTree>,
     sh: &ShRgb,
     p: glam::Vec3,
     n: glam::Vec3,
@@ -47,9 +47,9 @@ pub fn point(
     rng: &mut Rng,
 ) -> (PointIrradiance, u64) {
     let far = sh.irradiance(n);
-    if settings.near_visibility == NearVisibility::Off {
+    let Some(tree) = tree.filter(|_| settings.near_visibility != NearVisibility::Off) else {
         return (PointIrradiance { total: far.max(Rgb::ZERO), far, ..PointIrradiance::default() }, 0);
-    }
+    };
     let query = NearQuery {
         alpha,
         trace: (settings.near_visibility == NearVisibility::Traced).then_some(world),
@@ -85,7 +85,7 @@ pub fn reconstruct(
     proxy: Proxy<'_>,
     points: &ShadingPoints,
     field: &FarField<'_>,
-    tree: &NearTree,
+    tree: Option<&NearTree>,
     settings: &DecomposeSettings,
     seed: u64,
     run: &Run,

@@ -80,12 +80,12 @@ fn locations(prepared: &Prepared) -> Locations {
 pub fn render(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
     let prepared = prepare(world, settings, inputs, run)?;
     let (samples, proxy) = (&prepared.stage.samples, prepared.stage.proxy());
-    let tree = {
+    let tree = settings.sums_cells().then(|| {
         let _phase = run.phase("reconstruct", 1);
         run.install(|| NearTree::new(proxy))
-    };
+    });
     let field = FarField::new(&prepared.clusters, &prepared.sh, prepared.lengths.blend_radius, settings.blend_normal_power);
-    let found = reconstruct(world, proxy, &samples.points, &field, &tree, settings, inputs.seed, run)?;
+    let found = reconstruct(world, proxy, &samples.points, &field, tree.as_ref(), settings, inputs.seed, run)?;
 
     let irradiance: Vec<Rgb> = found.iter().map(|f| f.total).collect();
     let far: Vec<Rgb> = found.iter().map(|f| f.far).collect();

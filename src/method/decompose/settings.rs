@@ -205,8 +205,7 @@ impl DecomposeSettings {
         range("near_rays", (1..=65_536).contains(&self.near_rays), "must be in 1..=65536")?;
         range("cluster_normal_cos", (-1.0..=1.0).contains(&self.cluster_normal_cos), "must be in -1..=1")?;
         range("blend_normal_power", self.blend_normal_power >= 0.0, "must not be negative")?;
-        let sums_cells = matches!(self.near_visibility, NearVisibility::Assumed | NearVisibility::Traced);
-        let exact = self.near_integral == NearIntegral::Exact && sums_cells;
+        let exact = self.near_integral == NearIntegral::Exact && self.sums_cells();
         range(
             "near_integral",
             !exact || self.sh_bands <= 3,
@@ -217,6 +216,11 @@ impl DecomposeSettings {
             range(key, positive, "must be a positive, finite length")?;
         }
         Ok(())
+    }
+
+    /// Whether pass 3 sums over cells, and so needs the tree of them.
+    pub fn sums_cells(&self) -> bool {
+        matches!(self.near_visibility, NearVisibility::Assumed | NearVisibility::Traced)
     }
 
     /// The lengths in a scene of the given diagonal. Where alpha is 0 or infinite the others fall back to multiples of 1/50 of the diagonal.
