@@ -38,17 +38,22 @@ const POINTS: usize = 16;
 const SKY: u32 = u32::MAX;
 /// A direction below the horizon of the face: no light.
 const NOTHING: u32 = u32::MAX - 1;
+/// No place among the gathered sides.
+const NONE: u32 = u32::MAX;
 /// Sweeps end when they change the irradiance by less than this fraction.
 const TOLERANCE: f64 = 1e-3;
 
 /// A point on a side, as a ray met it.
 #[derive(Clone, Copy, Debug)]
-struct Landing {
+pub(super) struct Landing {
     /// 2 · cell + side.
     side: u32,
-    triangle: u32,
-    u: f32,
-    v: f32,
+    /// Triangle of the cell.
+    pub triangle: u32,
+    /// Barycentrics.
+    pub u: f32,
+    /// Barycentrics.
+    pub v: f32,
 }
 
 /// Which side every ray of every gathered side hits.
@@ -60,8 +65,11 @@ pub(super) struct Links {
     first: Vec<u32>,
     /// 2 · cell + side, [`SKY`] or [`NOTHING`].
     hits: Vec<u32>,
-    /// Sides that any ray reached, by 2 · cell + side.
-    pub reached: Vec<bool>,
+    /// Where rays met the gathered sides, at most [`POINTS`] each, and where those of each begin; one more at the end.
+    landings: Vec<Landing>,
+    first_landing: Vec<u32>,
+    /// Place in `sides` by 2 · cell + side; [`NONE`] where no ray arrived.
+    place: Vec<u32>,
 }
 
 /// How the sweeps ended.
@@ -149,21 +157,24 @@ impl Links {
         phase: &Phase<'_>,
     ) -> Result<Self> {
         let shooter = Shooter { world, cells, live, seed, run };
-        let mut links = Self { first: vec![0], reached: vec![false; 2 * cells.len()], ..Self::default() };
-        let mut landings = shooter.round_zero();
+        let mut links = Self { first: vec![0], place: vec![NONE; 2 * cells.len()], ..Self::default() };
+        let (mut landings, mut arrived) = (shooter.round_zero(), Vec::new());
         for round in 1..=settings.gather_rounds {
             run.check()?;
-            landings = links.round(&shooter, landings, settings.gather_rays.div_ceil(if round == 1 { 1 } else { 2 }), round < settings.gather_rounds, phase)?;
+            let next = links.round(&shooter, &landings, settings.gather_rays.div_ceil(if round == 1 { 1 } else { 2 }), phase)?;
+            arrived.append(&mut landings);
+            landings = next;
         }
+        arrived.append(&mut landings);
+        links.keep(&arrived);
         Ok(links)
     }
 
-    /// Gathers every new side among `landings`; returns where its rays went if `more`.
-    fn round(&mut self, shooter: &Shooter<'_>, mut landings: Vec<Landing>, rays: u32, more: bool, phase: &Phase<'_>) -> Result<Vec<Landing>> {
-        landings.retain(|l| !self.reached[l.side as usize] && (shooter.live)(l.side));
+    /// Gathers every new side among `landings`; returns where its rays went.
+    fn round(&mut self, shooter: &Shooter<'_>, landings: &[Landing], rays: u32, phase: &Phase<'_>) -> Result<Vec<Landing>> {
+        let mut landings: Vec<Landing> = landings.iter().filter(|l| self.place[l.side as usize] == NONE && (shooter.live)(l.side)).copied().collect();
         shooter.run.install(|| landings.par_sort_by_key(|l| l.side));
         let groups: Vec<&[Landing]> = landings.chunk_by(|a, b| a.side == b.side).collect();
-        let reached = &self.reached;
         let blocks: Vec<(Vec<u32>, Vec<Landing>)> = shooter.run.install(|| {
             groups
                 .par_chunks(BLOCK)
@@ -176,7 +187,7 @@ impl Links {
                         let sobol = Sobol::new(shooter.seed, Stream::Link, u64::from(starts[0].side));
                         shooter.shoot(&starts[..starts.len().min(POINTS)], rays, &sobol, |hit, landing| {
                             hits.push(hit);
-                            next.extend(landing.filter(|l| more && !reached[l.side as usize]));
+                            next.extend(landing);
                         });
                     }
                     shooter.run.rays.add(RayKind::Sample, hits.len() as u64);
@@ -187,7 +198,7 @@ impl Links {
         });
         shooter.run.check()?;
         for group in &groups {
-            self.reached[group[0].side as usize] = true;
+            self.place[group[0].side as usize] = self.sides.len() as u32;
             self.sides.push(group[0].side);
             self.first.push(self.first[self.first.len() - 1] + rays);
         }
@@ -197,6 +208,37 @@ impl Links {
             next.extend(landings);
         }
         Ok(next)
+    }
+
+    /// Keeps the first [`POINTS`] of all landings on every gathered side.
+    fn keep(&mut self, arrived: &[Landing]) {
+        let mut room = vec![0u32; self.sides.len() + 1];
+        let gathered = |l: &&Landing| self.place[l.side as usize] != NONE;
+        for l in arrived.iter().filter(gathered) {
+            let count = &mut room[self.place[l.side as usize] as usize + 1];
+            *count = (*count + 1).min(POINTS as u32);
+        }
+        for i in 1..room.len() {
+            room[i] += room[i - 1];
+        }
+        self.landings = vec![Landing { side: NONE, triangle: 0, u: 0.0, v: 0.0 }; room[self.sides.len()] as usize];
+        let mut next = room.clone();
+        for l in arrived.iter().filter(gathered) {
+            let i = self.place[l.side as usize] as usize;
+            if next[i] < room[i + 1] {
+                self.landings[next[i] as usize] = *l;
+                next[i] += 1;
+            }
+        }
+        self.first_landing = room;
+    }
+
+    /// Points of a side (2 · cell + side) that rays reached; none where it is not gathered.
+    pub fn landings(&self, side: u32) -> &[Landing] {
+        match self.place[side as usize] {
+            NONE => &[],
+            i => &self.landings[self.first_landing[i as usize] as usize..self.first_landing[i as usize + 1] as usize],
+        }
     }
 
     /// Number of gathered sides.

@@ -190,9 +190,13 @@ impl Solver<'_> {
             }
             let sign = if side == Side::Front { 1.0 } else { -1.0 };
             let (mut direct, mut albedo, mut count) = (Rgb::ZERO, Rgb::ZERO, 0);
-            let reached = self.links.as_ref().is_none_or(|l| l.reached[2 * cell as usize + side as usize]);
-            for i in 0..if reached { self.settings.direct_samples } else { 1 } {
-                let b = self.points.barycentrics(cell, &sobol, i);
+            let landings = self.links.as_ref().map(|l| l.landings(2 * cell + side as u32));
+            let unreached = landings.is_some_and(<[_]>::is_empty);
+            for i in 0..if unreached { 1 } else { self.settings.direct_samples } {
+                let b = match landings {
+                    Some(l) if !unreached => Vec2::new(l[i as usize % l.len()].u, l[i as usize % l.len()].v),
+                    _ => self.points.barycentrics(cell, &sobol, i),
+                };
                 if !self.points.exists(cell, b) {
                     continue;
                 }
