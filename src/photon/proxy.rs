@@ -4,6 +4,8 @@
 //! L(ray) = B(cell, side) / π,  the sky where nothing is met;  emission counts zero: it is direct light
 //! ```
 
+use glam::Vec3;
+
 use super::CellRadiosity;
 use crate::math::Ray;
 use crate::radiometry::Rgb;
@@ -28,17 +30,20 @@ pub struct Incident {
     pub t: f32,
     /// The cell it comes from; none for the sky.
     pub cell: Option<CellId>,
+    /// Unit geometric normal there, towards the ray's origin; zero for the sky.
+    pub normal: Vec3,
 }
 
 impl Proxy<'_> {
     /// One ray.
     pub fn incident(&self, world: &World, ray: &Ray) -> Incident {
         match world.rays.closest(ray) {
-            None => Incident { radiance: world.lights.sky, t: f32::INFINITY, cell: None },
+            None => Incident { radiance: world.lights.sky, t: f32::INFINITY, cell: None, normal: Vec3::ZERO },
             Some(hit) => {
                 let cell = self.cells.find(hit.triangle, hit.u, hit.v);
-                let side = if world.geometry.face_normals[hit.triangle as usize].dot(ray.dir) > 0.0 { Side::Back } else { Side::Front };
-                Incident { radiance: self.radiosity.get(cell, side) * std::f32::consts::FRAC_1_PI, t: hit.t, cell: Some(cell) }
+                let n = world.geometry.face_normals[hit.triangle as usize];
+                let (side, normal) = if n.dot(ray.dir) > 0.0 { (Side::Back, -n) } else { (Side::Front, n) };
+                Incident { radiance: self.radiosity.get(cell, side) * std::f32::consts::FRAC_1_PI, t: hit.t, cell: Some(cell), normal }
             }
         }
     }

@@ -5,19 +5,22 @@
 //! A hit whose cell is near its origin (membership m) keeps its own radiance with weight 1 − 0.9 m: the near sum subtracts whatever the
 //! fit says there, so any smooth value will do, while dropping such rays altogether leaves cluttered clusters without data.
 //! With `near_hits = "ignore"` rays pass through everything closer than alpha (the course's form).
+//! The fit takes the hits of the clusters around as well ([`super::pool`]).
 //!
 //! Input   clusters, points, cells and their radiosity. Output  one [`ShRgb`] a cluster. Source  `[Course07]` pass 2; ridge: [`crate::sh::Fit`].
-//! Cost    clusters · rays · (one ray + O(bands⁴) flops).
+//! Cost    clusters · (rays · one ray + pooled hits · O(bands⁴) flops); 44 B a ray.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use cpu_time::ThreadTime;
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::cluster::Clusters;
+use super::pool::{FarHit, Pool};
 use super::{DecomposeSettings, NearHits, membership};
 use crate::error::Result;
-use crate::math::Frame;
+use crate::math::{Frame, Ray};
 use crate::photon::Proxy;
 use crate::record::ShadingPoints;
 use crate::run::{RayKind, Run};
@@ -38,31 +41,39 @@ pub fn sample(
     seed: u64,
     run: &Run,
 ) -> Result<(Vec<ShRgb>, f64)> {
-    let phase = run.phase("sample", clusters.len() as u64);
-    let alpha = settings.lengths(world.diagonal).alpha;
+    let phase = run.phase("sample", 2 * clusters.len() as u64);
+    let lengths = settings.lengths(world.diagonal);
     let nanoseconds = AtomicU64::new(0);
-    let out = run.install(|| {
-        (0..clusters.len())
-            .into_par_iter()
-            .with_min_len(8)
-            .map(|c| {
-                if run.cancelled() {
-                    return ShRgb::default();
-                }
-                run.rays.add(RayKind::Sample, u64::from(settings.rays));
-                phase.advance(1);
-                let start = ThreadTime::now();
-                let sh = sample_cluster(world, proxy, points, clusters.members_of(c), settings, alpha, seed, c as u64);
-                nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
-                sh
-            })
-            .collect()
-    });
+    let timed = |work: &mut dyn FnMut()| {
+        let start = ThreadTime::now();
+        work();
+        nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        phase.advance(1);
+    };
+    let each = |c: usize| {
+        let mut hits = Vec::new();
+        if !run.cancelled() {
+            run.rays.add(RayKind::Sample, u64::from(settings.rays));
+            timed(&mut || hits = shoot(world, proxy, points, clusters.members_of(c), settings, lengths.alpha, seed, c as u64));
+        }
+        hits
+    };
+    let hits: Vec<Vec<FarHit>> = run.install(|| (0..clusters.len()).into_par_iter().with_min_len(8).map(each).collect());
+    run.check()?;
+    let pool = Pool::new(clusters, &hits, settings, lengths);
+    let each = |c: usize| {
+        let mut sh = ShRgb::default();
+        if !run.cancelled() {
+            timed(&mut || sh = pool.fit(c));
+        }
+        sh
+    };
+    let out = run.install(|| (0..clusters.len()).into_par_iter().with_min_len(8).map(each).collect());
     run.check()?;
     Ok((out, nanoseconds.into_inner() as f64 * 1e-9))
 }
 
-/// SH from the given members' hemispheres; `element` keys the random numbers.
+/// SH from the given members' hemispheres alone; `element` keys the random numbers.
 pub fn sample_cluster(
     world: &World,
     proxy: Proxy<'_>,
@@ -73,8 +84,26 @@ pub fn sample_cluster(
     seed: u64,
     element: u64,
 ) -> ShRgb {
-    let sobol = Sobol::new(seed, Stream::Far, element);
     let mut fit = Fit::new(settings.sh_bands as usize);
+    for hit in shoot(world, proxy, points, members, settings, alpha, seed, element) {
+        fit.add(hit.wi, hit.radiance, 1.0 - 0.9 * hit.membership);
+    }
+    fit.solve(settings.ridge)
+}
+
+/// What `settings.rays` rays from the given members find.
+fn shoot(
+    world: &World,
+    proxy: Proxy<'_>,
+    points: &ShadingPoints,
+    members: &[u32],
+    settings: &DecomposeSettings,
+    alpha: f32,
+    seed: u64,
+    element: u64,
+) -> Vec<FarHit> {
+    let sobol = Sobol::new(seed, Stream::Far, element);
+    let mut hits = Vec::with_capacity(settings.rays as usize);
     for r in 0..settings.rays {
         let member = members[((sobol.sample_1d(r, 0) * members.len() as f32) as usize).min(members.len() - 1)] as usize;
         let (p, ng, ns) = (points.p[member], points.ng[member], points.ns[member]);
@@ -82,20 +111,27 @@ pub fn sample_cluster(
         if wi.dot(ng) <= 0.0 {
             continue;
         }
-        let mut ray = crate::math::Ray::new(p, wi);
+        let mut ray = Ray::new(p, wi);
         if settings.near_hits == NearHits::Ignore {
             ray.t_min = alpha;
         }
         if ray.t_min == f32::INFINITY {
-            fit.add(wi, world.lights.sky, 1.0);
+            hits.push(FarHit { wi, t: f32::INFINITY, position: Vec3::ZERO, normal: -wi, radiance: world.lights.sky, membership: 0.0 });
             continue;
         }
         let incident = proxy.incident(world, &ray);
-        let weight = match (incident.cell, settings.near_hits) {
-            (Some(cell), NearHits::Damp) => 1.0 - 0.9 * membership(proxy.cells.centroids[cell as usize].distance(p), alpha),
-            _ => 1.0,
+        let near = match (incident.cell, settings.near_hits) {
+            (Some(cell), NearHits::Damp) => membership(proxy.cells.centroids[cell as usize].distance(p), alpha),
+            _ => 0.0,
         };
-        fit.add(wi, incident.radiance, weight);
+        hits.push(FarHit {
+            wi,
+            t: incident.t,
+            position: p + wi * if incident.t.is_finite() { incident.t } else { 0.0 },
+            normal: incident.normal,
+            radiance: incident.radiance,
+            membership: near,
+        });
     }
-    fit.solve(settings.ridge)
+    hits
 }

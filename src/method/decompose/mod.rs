@@ -25,6 +25,7 @@ pub mod filter;
 pub mod interpolate;
 pub mod near;
 pub mod near_rays;
+pub mod pool;
 pub mod reconstruct;
 mod render;
 mod settings;

@@ -118,10 +118,12 @@ pub struct DecomposeSettings {
     pub alpha: Length,
     /// Longest edge of a cell; default 0.7 alpha.
     pub near_cell: Option<Length>,
-    /// Largest distance of a member from its cluster's centre; default half of alpha.
+    /// Largest distance of a member from its cluster's centre; default a quarter of alpha.
     pub cluster_radius: Option<Length>,
     /// Reach of interpolation; default 2 cluster radii.
     pub blend_radius: Option<Length>,
+    /// Reach within which clusters share their far hits; default 2 cluster radii, 0: none.
+    pub pool_radius: Option<Length>,
     /// Cosine of the largest angle between a member's normal and its cluster's.
     pub cluster_normal_cos: f32,
     /// Power of the cosine between normals in the interpolation weight.
@@ -159,10 +161,11 @@ impl Default for DecomposeSettings {
             near_cell: None,
             cluster_radius: None,
             blend_radius: None,
+            pool_radius: None,
             cluster_normal_cos: 0.7,
             blend_normal_power: 4.0,
             record_stride: 2,
-            rays: 512,
+            rays: 384,
             sh_bands: 3,
             ridge: 1e-3,
             near_hits: NearHits::default(),
@@ -188,6 +191,8 @@ pub struct Lengths {
     pub cluster_radius: f32,
     /// Reach of interpolation.
     pub blend_radius: f32,
+    /// Reach of shared far hits.
+    pub pool_radius: f32,
 }
 
 impl DecomposeSettings {
@@ -228,8 +233,14 @@ impl DecomposeSettings {
         let alpha = self.alpha.resolve(diagonal);
         let base = if alpha > 0.0 && alpha.is_finite() { alpha } else { diagonal / 50.0 };
         let or = |l: Option<Length>, default: f32| l.map_or(default, |l| l.resolve(diagonal));
-        let cluster_radius = or(self.cluster_radius, 0.5 * base);
-        Lengths { alpha, near_cell: or(self.near_cell, 0.7 * base), cluster_radius, blend_radius: or(self.blend_radius, 2.0 * cluster_radius) }
+        let cluster_radius = or(self.cluster_radius, 0.25 * base);
+        Lengths {
+            alpha,
+            near_cell: or(self.near_cell, 0.7 * base),
+            cluster_radius,
+            blend_radius: or(self.blend_radius, 2.0 * cluster_radius),
+            pool_radius: or(self.pool_radius, 2.0 * cluster_radius),
+        }
     }
 }
 
