@@ -3,6 +3,7 @@
 
 mod catmull_clark;
 mod cells;
+mod curves;
 mod geometry;
 mod half_edges;
 mod limit;
@@ -11,5 +12,6 @@ mod topology;
 
 pub use catmull_clark::{Levels, MAX_LEVELS, MAX_TRIANGLES, SubdivisionSettings, subdivide};
 pub use cells::{CellId, Cells, Side};
+pub use curves::{CurveSettings, CurveShape, tessellate_curves};
 pub use geometry::{Geometry, Masks, SurfaceAttributes};
 pub use topology::{Topology, analyze as analyze_topology};
