@@ -75,9 +75,7 @@ fn a_regular_grid_is_its_bicubic_bspline() {
         seen += 1;
         let (i, j) = ((x.floor() as usize).min(5), (y.floor() as usize).min(5));
         let (u, v) = (bspline(x - i as f64), bspline(y - j as f64));
-        let sum = |du: usize, dv: usize| -> f64 {
-            (0..16).map(|k| u[du][k % 4] * v[dv][k / 4] * f64::from(height(i + k % 4 - 1, j + k / 4 - 1))).sum()
-        };
+        let sum = |du: usize, dv: usize| -> f64 { (0..16).map(|k| u[du][k % 4] * v[dv][k / 4] * f64::from(height(i + k % 4 - 1, j + k / 4 - 1))).sum() };
         assert!((f64::from(p.z) - sum(0, 0)).abs() < 1e-6, "{p} {}", sum(0, 0));
         let exact = DVec3::new(-sum(1, 0), -sum(0, 1), 1.0).normalize();
         assert!((normal.as_dvec3() - exact).length() < 1e-5, "{p}: {normal} {exact}");

@@ -6,15 +6,18 @@
 //! Not         materials beyond diffuse, emission and masks; `tobj` reads the OBJ, this room finds the lines of its errors.
 
 mod assemble;
+mod curve_file;
 mod image;
 mod mtl;
 mod normals;
 mod obj;
+mod obj_cage;
 mod obj_fault;
 mod path;
 mod polygon;
 #[expect(missing_docs, reason = "the fields are the keys that the page describes")]
 pub mod scene_file;
+mod shape;
 mod validate;
 
 use std::path::Path;

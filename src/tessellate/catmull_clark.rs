@@ -195,17 +195,15 @@ fn emit(mesh: &HalfEdges) -> Mesh {
                     let normal = n.as_vec3().normalize_or_zero();
                     let uv = mesh.uvs.get(c as usize).copied().unwrap_or_default();
                     let key = [normal.x, normal.y, normal.z, uv.x, uv.y].map(f32::to_bits);
-                    let index = made.iter().find(|m| m.0 == key).map(|m| m.1).unwrap_or_else(
-                        || {
-                            block.positions.push(position.as_vec3());
-                            block.normals.push(normal);
-                            if !mesh.uvs.is_empty() {
-                                block.uvs.push(uv);
-                            }
-                            made.push((key, block.positions.len() as u32 - 1));
-                            block.positions.len() as u32 - 1
-                        },
-                    );
+                    let index = made.iter().find(|m| m.0 == key).map(|m| m.1).unwrap_or_else(|| {
+                        block.positions.push(position.as_vec3());
+                        block.normals.push(normal);
+                        if !mesh.uvs.is_empty() {
+                            block.uvs.push(uv);
+                        }
+                        made.push((key, block.positions.len() as u32 - 1));
+                        block.positions.len() as u32 - 1
+                    });
                     block.corners.push((c, index));
                 }
             }

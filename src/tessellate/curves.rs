@@ -136,7 +136,9 @@ fn weights(basis: Basis, t: f64) -> [[f64; 4]; 2] {
             [s * s * s / 6.0, (3.0 * t * t * t - 6.0 * t * t + 4.0) / 6.0, (3.0 * s * s * s - 6.0 * s * s + 4.0) / 6.0, t * t * t / 6.0],
             [-s * s / 2.0, (3.0 * t * t - 4.0 * t) / 2.0, (4.0 * s - 3.0 * s * s) / 2.0, t * t / 2.0],
         ],
-        Basis::Bezier => [[s * s * s, 3.0 * t * s * s, 3.0 * t * t * s, t * t * t], [-3.0 * s * s, 3.0 * s * (s - 2.0 * t), 3.0 * t * (2.0 * s - t), 3.0 * t * t]],
+        Basis::Bezier => {
+            [[s * s * s, 3.0 * t * s * s, 3.0 * t * t * s, t * t * t], [-3.0 * s * s, 3.0 * s * (s - 2.0 * t), 3.0 * t * (2.0 * s - t), 3.0 * t * t]]
+        }
     }
 }
 
@@ -151,7 +153,13 @@ fn samples(curves: &Curves, curve: usize, segments: usize) -> Vec<Sample> {
             let ((p, w), (q, v)) = (get(end), get(inner));
             (p * 2.0 - q, 2.0 * w - v)
         };
-        if i < 0 { mirror(0, 1) } else if i >= n { mirror(n - 1, n - 2) } else { get(i) }
+        if i < 0 {
+            mirror(0, 1)
+        } else if i >= n {
+            mirror(n - 1, n - 2)
+        } else {
+            get(i)
+        }
     };
     let spans = curves.basis.spans(points.len()).unwrap_or(0);
     let (stride, first) = match curves.basis {

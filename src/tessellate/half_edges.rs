@@ -186,8 +186,7 @@ impl HalfEdges {
 
     fn connect(&mut self, cage: &Cage) {
         let key = |a: u32, b: u32| (a.min(b), a.max(b));
-        let mut sorted: Vec<((u32, u32), u32)> =
-            (0..self.vertex.len()).map(|c| (key(self.vertex[c], self.vertex[self.next[c] as usize]), c as u32)).collect();
+        let mut sorted: Vec<((u32, u32), u32)> = (0..self.vertex.len()).map(|c| (key(self.vertex[c], self.vertex[self.next[c] as usize]), c as u32)).collect();
         sorted.sort_unstable();
         self.edge = vec![0; sorted.len()];
         self.twin = vec![NONE; sorted.len()];
@@ -358,8 +357,7 @@ impl HalfEdges {
         for c in 0..corners {
             sums[self.vertex[c] as usize].add_face(face_points[face_of(c) as usize]);
         }
-        let mut positions: Vec<DVec3> =
-            sums.iter().zip(&self.positions).zip(&self.vertex_sharpness).map(|((sum, &v), &s)| sum.point(v, s)).collect();
+        let mut positions: Vec<DVec3> = sums.iter().zip(&self.positions).zip(&self.vertex_sharpness).map(|((sum, &v), &s)| sum.point(v, s)).collect();
         drop(sums);
         positions.append(&mut edge_points);
         positions.append(&mut face_points);

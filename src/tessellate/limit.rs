@@ -71,8 +71,7 @@ impl Ring {
 
     /// The ring one level on.
     fn refined(&self) -> Self {
-        let faces: Vec<DVec3> =
-            (0..self.faces.len()).map(|i| (self.v + self.spokes[i] + self.spokes[self.spoke_after(i)] + self.faces[i]) * 0.25).collect();
+        let faces: Vec<DVec3> = (0..self.faces.len()).map(|i| (self.v + self.spokes[i] + self.spokes[self.spoke_after(i)] + self.faces[i]) * 0.25).collect();
         let mut sums = VertexSums::default();
         let spokes = (0..self.spokes.len())
             .map(|i| {
