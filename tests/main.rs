@@ -9,6 +9,7 @@ mod cache_record;
 mod cli;
 mod conformance;
 mod convergence;
+mod curves;
 mod decompose;
 mod export;
 mod info;

@@ -226,7 +226,7 @@ fn closed_cages_stay_closed_whatever_their_creases_and_polygons() {
     for (cage, closed) in [(prism, 1), (torus(12, 8), 1), (cube(), 1)] {
         for n in 1..=3 {
             let mesh = made(&cage, &levels(n));
-            assert_eq!(mesh.triangles.len(), 2 * cage.corners.len() << (2 * (n - 1)));
+            assert_eq!(mesh.triangles.len(), (2 * cage.corners.len()) << (2 * (n - 1)));
             assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
             assert_eq!((mesh.uvs.is_empty(), mesh.materials.len()), (cage.uvs.is_empty(), mesh.triangles.len()));
             let g = geometry(mesh);
@@ -272,6 +272,18 @@ fn the_edge_length_decides_the_level_and_too_much_is_refused() {
     let (count, edge) = longest(0.06);
     // Diagonals are √2 longer than edges.
     assert!(count == 48 * 64 && edge < 0.06 * 1.5, "{count} {edge}");
+    // Every part has a level of its own.
+    let mut two = cube();
+    two.positions.extend(cube().positions.iter().map(|p| *p * 0.25 + 5.0));
+    for f in 0..6 {
+        let corners: Vec<u32> = cube().corners[cube().face(f)].iter().map(|i| i + 8).collect();
+        two.push_face(&corners, 1);
+    }
+    two.creases = vec![([8, 9], 10.0), ([0, 1], 10.0)];
+    two.holes = vec![7];
+    let mesh = made(&two, &SubdivisionSettings { levels: Levels::Edge(0.06), ..SubdivisionSettings::default() });
+    let count = |m: u32| mesh.materials.iter().filter(|x| **x == m).count();
+    assert_eq!((count(0), count(1)), (48 * 64, 48 * 4 * 5 / 6));
     let refused = |levels: Levels| subdivide(&cube(), &SubdivisionSettings { levels, ..SubdivisionSettings::default() }).unwrap_err();
     assert_eq!(refused(Levels::Fixed(40)), "levels is 40 but may not exceed 10; give fewer");
     let big = subdivide(&torus(200, 200), &levels(9)).unwrap_err();

@@ -91,4 +91,76 @@ impl Cage {
             }
         }
     }
+
+    /// The parts that share no vertex, by their first faces. Indices must be in range.
+    pub fn parts(&self) -> Vec<Self> {
+        let mut parent: Vec<u32> = (0..self.positions.len() as u32).collect();
+        let find = |parent: &mut [u32], mut i: u32| {
+            while parent[i as usize] != i {
+                parent[i as usize] = parent[parent[i as usize] as usize];
+                i = parent[i as usize];
+            }
+            i
+        };
+        for f in 0..self.face_count() {
+            let corners = &self.corners[self.face(f)];
+            for pair in corners.windows(2) {
+                let (a, b) = (find(&mut parent, pair[0]), find(&mut parent, pair[1]));
+                parent[a.max(b) as usize] = a.min(b);
+            }
+        }
+        let mut part_of_root = vec![u32::MAX; self.positions.len()];
+        let (mut vertex_of, mut uv_of) = (vec![u32::MAX; self.positions.len()], vec![(u32::MAX, 0); self.uvs.len()]);
+        let mut parts: Vec<Self> = Vec::new();
+        let mut face_of = Vec::with_capacity(self.face_count());
+        for f in 0..self.face_count() {
+            let root = find(&mut parent, self.corners[self.faces[f] as usize]) as usize;
+            if part_of_root[root] == u32::MAX {
+                part_of_root[root] = parts.len() as u32;
+                parts.push(Self { name: self.name.clone(), boundary: self.boundary, sides: self.sides, ..Self::default() });
+            }
+            let index = part_of_root[root];
+            let part = &mut parts[index as usize];
+            face_of.push((index, part.face_count() as u32));
+            let mut corners = Vec::new();
+            for c in self.face(f) {
+                let v = self.corners[c] as usize;
+                if vertex_of[v] == u32::MAX {
+                    vertex_of[v] = part.positions.len() as u32;
+                    part.positions.push(self.positions[v]);
+                }
+                corners.push(vertex_of[v]);
+                if let Some(&uv) = self.uv_corners.get(c) {
+                    // Parts may share texture coordinates; each gets a copy when it first needs one after another part did.
+                    if uv_of[uv as usize].0 != index {
+                        uv_of[uv as usize] = (index, part.uvs.len() as u32);
+                        part.uvs.push(self.uvs[uv as usize]);
+                    }
+                    part.uv_corners.push(uv_of[uv as usize].1);
+                }
+            }
+            part.push_face(&corners, self.materials[f]);
+        }
+        let mut own = |v: u32| {
+            let root = find(&mut parent, v);
+            (part_of_root[root as usize], vertex_of[v as usize])
+        };
+        for &([a, b], s) in &self.creases {
+            let ((part, a), (_, b)) = (own(a), own(b));
+            if let Some(part) = parts.get_mut(part as usize) {
+                part.creases.push(([a, b], s));
+            }
+        }
+        for &(v, s) in &self.sharp_vertices {
+            let (part, v) = own(v);
+            if let Some(part) = parts.get_mut(part as usize) {
+                part.sharp_vertices.push((v, s));
+            }
+        }
+        for &hole in &self.holes {
+            let (part, face) = face_of[hole as usize];
+            parts[part as usize].holes.push(face);
+        }
+        parts
+    }
 }

@@ -7,7 +7,7 @@
 //! Input   a [`Cage`] in world space. Output  a [`Mesh`]; vertices split where normals (creases) or texture coordinates (seams) differ.
 //! Source  `[CC78]` Catmull, Clark; `[DKT98]` DeRose, Kass, Truong (creases); `[HKD93]` Halstead, Kass, DeRose (limits).
 //! Guarantees  one limit position a vertex, so that a closed cage gives a closed mesh, bit for bit; the same for any thread count; a mesh of
-//!             more than [`MAX_TRIANGLES`] is refused before it is allocated. Not  adaptive within one mesh; hierarchical edits.
+//!             more than [`MAX_TRIANGLES`] is refused before it is allocated. Not  adaptive within one connected part; hierarchical edits.
 //! Cost    2 · 4^(N−1) triangles a corner of the cage; about 250 B a triangle while it runs.
 //! Knobs   [`Levels`] (3); [`SubdivisionSettings::boundary`] (edge-and-corner); [`SubdivisionSettings::uv`] (linear); creases by angle (off).
 
@@ -29,7 +29,7 @@ pub const MAX_LEVELS: u32 = 10;
 pub enum Levels {
     /// This number, from 1 on.
     Fixed(u32),
-    /// The least for which no edge of the refined cage is longer than this, scene units.
+    /// For every part of the cage that shares no vertex with others the least for which no edge of the refined cage is longer than this, scene units.
     Edge(f32),
 }
 
@@ -60,6 +60,37 @@ impl Default for SubdivisionSettings {
 /// # Errors
 /// A message when the cage's indices are wrong or the mesh would not fit.
 pub fn subdivide(cage: &Cage, settings: &SubdivisionSettings) -> Result<(Mesh, usize), String> {
+    let (mut out, faulty) = if matches!(settings.levels, Levels::Edge(_)) && cage.face_count() > 1 {
+        HalfEdges::check(cage)?;
+        let mut whole = Mesh::default();
+        let mut faulty = 0;
+        for part in cage.parts() {
+            let (mesh, count) = subdivide_part(&part, settings)?;
+            faulty += count;
+            append(&mut whole, mesh);
+            if whole.triangles.len() as u64 > MAX_TRIANGLES {
+                return Err(format!("the parts together would make more than {MAX_TRIANGLES} triangles; give a longer edge"));
+            }
+        }
+        (whole, faulty)
+    } else {
+        subdivide_part(cage, settings)?
+    };
+    out.name.clone_from(&cage.name);
+    out.sides = cage.sides;
+    Ok((out, faulty))
+}
+
+fn append(whole: &mut Mesh, part: Mesh) {
+    let base = whole.positions.len() as u32;
+    whole.triangles.extend(part.triangles.iter().map(|t| t.map(|i| i + base)));
+    whole.materials.extend(part.materials);
+    whole.positions.extend(part.positions);
+    whole.normals.extend(part.normals);
+    whole.uvs.extend(part.uvs);
+}
+
+fn subdivide_part(cage: &Cage, settings: &SubdivisionSettings) -> Result<(Mesh, usize), String> {
     let boundary = cage.boundary.unwrap_or(settings.boundary);
     let mut mesh = HalfEdges::new(cage, boundary)?;
     if let Some(angle) = settings.crease_angle_deg {
@@ -96,10 +127,7 @@ pub fn subdivide(cage: &Cage, settings: &SubdivisionSettings) -> Result<(Mesh, u
         }
         mesh.uvs = corner_uvs;
     }
-    let mut out = emit(&mesh);
-    out.name.clone_from(&cage.name);
-    out.sides = cage.sides;
-    Ok((out, mesh.faulty_edges))
+    Ok((emit(&mesh), mesh.faulty_edges))
 }
 
 fn check_size(mesh: &HalfEdges, level: u32, left: u32, levels: Levels) -> Result<(), String> {

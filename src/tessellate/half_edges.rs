@@ -135,23 +135,29 @@ pub(super) fn edge_point(ends: [DVec3; 2], faces: Option<[DVec3; 2]>, sharpness:
 }
 
 impl HalfEdges {
+    /// # Errors
+    /// A message when an index is out of range or a face has fewer than three corners.
+    pub fn check(cage: &Cage) -> Result<(), String> {
+        if (0..cage.face_count()).any(|f| cage.face(f).len() < 3) {
+            return Err("a face has fewer than three corners".into());
+        }
+        let (vertices, faces) = (cage.positions.len(), cage.face_count());
+        let within = |mut list: std::slice::Iter<'_, u32>, n: usize| list.all(|&i| (i as usize) < n);
+        let uvs = cage.uv_corners.is_empty() || cage.uv_corners.len() == cage.corners.len();
+        let indices = within(cage.corners.iter(), vertices) && within(cage.uv_corners.iter(), cage.uvs.len()) && within(cage.holes.iter(), faces);
+        let sharp = cage.creases.iter().all(|c| within(c.0.iter(), vertices)) && cage.sharp_vertices.iter().all(|s| (s.0 as usize) < vertices);
+        if indices && sharp && uvs && cage.materials.len() == faces { Ok(()) } else { Err("an index of the cage is out of range".into()) }
+    }
+
     /// Connects the faces of a cage.
     ///
     /// # Errors
     /// A message when an index is out of range or a face has fewer than three corners.
     pub fn new(cage: &Cage, boundary: Boundary) -> Result<Self, String> {
+        Self::check(cage)?;
         let vertices = cage.positions.len();
-        let ranges = || (0..cage.face_count()).map(|f| cage.face(f));
-        if ranges().any(|r| r.len() < 3) {
-            return Err("a face has fewer than three corners".into());
-        }
-        let lists = [&cage.corners, &cage.uv_corners];
-        let limits = [vertices, cage.uvs.len()];
-        if lists.iter().zip(limits).any(|(list, n)| list.iter().any(|&i| i as usize >= n)) || cage.materials.len() != cage.face_count() {
-            return Err("an index of the cage is out of range".into());
-        }
         let mut next = vec![0; cage.corners.len()];
-        for r in ranges() {
+        for r in (0..cage.face_count()).map(|f| cage.face(f)) {
             for c in r.clone() {
                 next[c] = if c + 1 == r.end { r.start } else { c + 1 } as u32;
             }

@@ -44,7 +44,7 @@ fn cube(cage: &mut Cage, foot: Vec3, sharpness: f32) {
     for i in 0..8u32 {
         cage.positions.push(foot + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32));
     }
-    for face in [[0, 4, 5, 1], [2, 3, 7, 6], [0, 1, 3, 2], [4, 6, 7, 5], [0, 2, 6, 4], [1, 5, 7, 3]] {
+    for face in [[0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6], [0, 4, 6, 2], [1, 3, 7, 5]] {
         cage.push_face(&face.map(|i| base + i), 1);
     }
     for [a, b] in [[0, 1], [1, 5], [5, 4], [4, 0], [2, 3], [3, 7], [7, 6], [6, 2]] {
