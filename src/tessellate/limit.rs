@@ -104,7 +104,7 @@ impl Ring {
         (0..self.spokes.len()).filter(|&i| is_infinite(self.sharpness[i])).collect()
     }
 
-    /// Limit position; `None` where `neighbours` of other fans decide.
+    /// Limit position of a settled ring with these sharp spokes.
     fn position(&self, sharp: &[usize]) -> DVec3 {
         match sharp {
             _ if is_infinite(self.vertex_sharpness) => self.v,
