@@ -31,7 +31,7 @@ pub fn subdivision(_: &SubdivisionParameters) -> Result<Generated, String> {
     }
     frame(&mut cage, Vec3::new(4.0, 0.0, -1.2), 0.75);
     vase(&mut cage, Vec3::new(0.0, 0.0, -0.6));
-    sheet(&mut cage, Vec3::new(1.3, 0.0, -2.6));
+    sheet(&mut cage, Vec3::new(2.4, 0.0, -3.2));
     let colors: [(&str, [f32; 3]); 5] =
         [("floor", [0.7; 3]), ("cubes", [0.75, 0.55, 0.25]), ("frame", [0.25, 0.45, 0.7]), ("vase", [0.7, 0.25, 0.2]), ("sheet", [0.45, 0.6, 0.3])];
     let materials = colors.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
