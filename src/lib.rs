@@ -12,8 +12,8 @@
 //! | [`error`], [`run`] (0) | failures with file, line and fix; progress, cancel, warnings, threads |
 //! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
 //! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures; built-in parametric scenes |
-//! | [`load`] (3) | OBJ/MTL, scene TOML, images → [`scene::Scene`] |
-//! | [`tessellate`] (3) | `Scene` → [`tessellate::Geometry`] (world-space triangles) → [`tessellate::Cells`] (small pieces for the near sum) |
+//! | [`load`] (3) | OBJ/MTL, cages, curves, scene TOML, images → [`scene::Scene`], whose surfaces are triangles |
+//! | [`tessellate`] (3) | cages and curves → meshes; `Scene` → [`tessellate::Geometry`] (world-space triangles) → [`tessellate::Cells`] (small pieces for the near sum) |
 //! | [`accel`] (4) | `Geometry` → [`accel::RayQuery`]: Embree, pure-Rust BVH, brute force |
 //! | [`shading`] (5) | hit → surface; lights, direct light; [`shading::World`] |
 //! | [`photon`] (6) | `World` → `PhotonMap` → radiosity of cells: the proxy |
@@ -34,6 +34,9 @@
 //!   et al., "Making radiance and irradiance caching practical". `[Schwarzhaupt12]` Schwarzhaupt, Jensen, Jarosz, "Practical Hessian-based error
 //!   control for irradiance caching".
 //! * `[Jensen96]` Jensen, "Global illumination using photon maps". `[Veach97]` Veach, PhD thesis (MIS, §9.2).
+//! * `[CC78]` Catmull, Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes". `[DKT98]` DeRose, Kass, Truong,
+//!   "Subdivision surfaces in character animation". `[HKD93]` Halstead, Kass, DeRose, "Efficient, fair interpolation using Catmull-Clark
+//!   surfaces". `[WJZL08]` Wang, Jüttler, Zheng, Liu, "Computation of rotation minimizing frames".
 //! * `[Burley20]` Burley, "Practical hash-based Owen scrambling". `[Duff17]` Duff et al., "Building an orthonormal basis, revisited".
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise"))]
 

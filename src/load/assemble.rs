@@ -4,20 +4,25 @@ use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use glam::{EulerRot, Mat3, Mat4, Quat, Vec3, Vec4};
+use glam::{EulerRot, Mat4, Quat, Vec3, Vec4};
 use toml::Spanned;
 
 use super::Loaded;
+use super::curve_file::{is_curve_file, read_curves};
 use super::image::read_texture;
 use super::mtl::MtlMaterial;
 use super::normals::smooth;
 use super::obj::{Obj, read_obj};
+use super::obj_cage::read_cage;
 use super::path::resolve;
-use super::scene_file::{CameraEntry, LightEntry, MaterialEntry, MeshEntry, Normals, SceneFile, Triple, line_at};
+use super::scene_file::{CameraEntry, CurvesEntry, LightEntry, MaterialEntry, MeshEntry, Normals, SceneFile, Triple, line_at};
+use super::shape::{Shape, curve_settings};
 use super::validate::{MAX_DIAGONAL, bounds, check_camera, check_lens, framing};
 use crate::error::{Error, Result};
+use crate::math::Aabb;
 use crate::radiometry::Rgb;
-use crate::scene::{Camera, Light, Material, Mesh, TextureId, builtin};
+use crate::scene::{Camera, Light, Material, TextureId, builtin};
+use crate::tessellate::CurveSettings;
 
 /// What is put together, and where messages point.
 #[derive(Debug)]
@@ -53,8 +58,13 @@ impl<'a> Assembly<'a> {
         let stem = self.file.file_stem().map(|s| s.to_string_lossy().into_owned());
         self.loaded.scene.name = entry.name.or(stem).unwrap_or_default();
         self.loaded.settings = entry.settings;
-        for mesh in entry.mesh {
-            self.mesh(&mesh)?;
+        let mut shapes = Vec::new();
+        for (index, mesh) in entry.mesh.iter().enumerate() {
+            shapes.extend(self.shapes(mesh)?.into_iter().map(|s| (index, s)));
+        }
+        let around = shapes.iter().map(|(_, s)| s.bounds()).fold(Aabb::EMPTY, |a, b| Aabb { min: a.min.min(b.min), max: a.max.max(b.max) });
+        for (index, shape) in shapes {
+            self.mesh(shape, &entry.mesh[index], around.diagonal())?;
         }
         for light in entry.light {
             self.light(&light)?;
@@ -66,35 +76,105 @@ impl<'a> Assembly<'a> {
         Ok(self.loaded)
     }
 
-    fn mesh(&mut self, entry: &Spanned<MeshEntry>) -> Result<()> {
+    /// What an entry gives, in world space.
+    fn shapes(&mut self, entry: &Spanned<MeshEntry>) -> Result<Vec<Shape>> {
         let (span, e) = (entry.span(), entry.get_ref());
-        let (mut mesh, names) = match (&e.file, &e.builtin) {
+        let (mut shapes, names) = match (&e.file, &e.builtin) {
             (Some(file), None) => {
                 let path = resolve(file, self.file).or_else(|m| self.fail(&span, m))?;
                 if !path.exists() {
                     return self.fail(&span, format!("mesh \"{}\" does not exist; correct the path", path.display()));
                 }
-                if !path.extension().is_some_and(|x| x.eq_ignore_ascii_case("obj")) {
-                    return self.fail(&span, format!("mesh \"{}\" is no .obj file; convert it", path.display()));
-                }
-                let Obj { mesh, materials } = read_obj(&path, &mut self.loaded.warnings)?;
-                let ids = materials.into_iter().map(|m| self.add_mtl(m)).collect::<Result<Vec<u32>>>()?;
-                (mesh, ids)
+                self.read(&path, e, &span)?
             }
             (None, Some(name)) => {
                 let made = builtin::generate(name, &e.parameters).or_else(|m| self.fail(&span, m))?;
                 let ids = made.materials.into_iter().map(|m| self.add_material(m)).collect();
-                (made.mesh, ids)
+                let (cages, curves) = (e.subdivision.clone().unwrap_or_default(), e.curves.clone().unwrap_or_default());
+                let settings = self.curve_settings(&curves, &span)?;
+                if e.subdivision.is_some() && made.cages.is_empty() {
+                    return self.fail(&span, format!("builtin \"{name}\" has no subdivision surface; remove subdivision"));
+                }
+                if e.curves.is_some() && made.curves.is_empty() {
+                    return self.fail(&span, format!("builtin \"{name}\" has no curves; remove curves"));
+                }
+                if curves.basis.is_some() || curves.width.is_some() || curves.material.is_some() {
+                    return self.fail(&span, "basis, width and material belong to curves of a file; remove them");
+                }
+                let mut shapes = Vec::new();
+                if !made.mesh.triangles.is_empty() {
+                    shapes.push(Shape::Mesh(made.mesh));
+                }
+                shapes.extend(made.cages.into_iter().map(|c| Shape::Cage(c, cages.clone())));
+                for mut c in made.curves {
+                    c.widths.iter_mut().for_each(|w| *w *= curves.width_scale.unwrap_or(1.0));
+                    shapes.push(Shape::Curves(c, settings));
+                }
+                (shapes, ids)
             }
             _ => return self.fail(&span, "a mesh needs either file = \"….obj\" or builtin = \"…\""),
         };
         if e.builtin.is_none() && !e.parameters.is_empty() {
             return self.fail(&span, "parameters belong to builtin meshes; remove them");
         }
-        for m in &mut mesh.materials {
-            *m = names[*m as usize];
+        let world_from_object = self.world_from_object(e, &span)?;
+        for shape in &mut shapes {
+            for m in shape.materials_mut() {
+                *m = names[*m as usize];
+            }
+            if let Some(matrix) = &world_from_object {
+                shape.transform(matrix).or_else(|m| self.fail(&span, m))?;
+            }
         }
-        self.transform(&mut mesh, e, &span)?;
+        Ok(shapes)
+    }
+
+    fn curve_settings(&self, e: &CurvesEntry, span: &Range<usize>) -> Result<CurveSettings> {
+        curve_settings(e).or_else(|m| self.fail(span, m))
+    }
+
+    /// The shape of a file and the numbers of its materials.
+    fn read(&mut self, path: &Path, e: &MeshEntry, span: &Range<usize>) -> Result<(Vec<Shape>, Vec<u32>)> {
+        if is_curve_file(path) {
+            if e.subdivision.is_some() {
+                return self.fail(span, "subdivision belongs to .obj files; remove it");
+            }
+            let entry = e.curves.clone().unwrap_or_default();
+            let settings = self.curve_settings(&entry, span)?;
+            let file = read_curves(path, entry.width, &mut self.loaded.warnings)?;
+            let mut curves = file.curves;
+            curves.basis = entry.basis.unwrap_or_default();
+            curves.widths.iter_mut().for_each(|w| *w *= entry.width_scale.unwrap_or(1.0));
+            let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned());
+            let name = entry.material.or(stem).unwrap_or_default();
+            let id = self.add_material(Material { name, albedo: file.albedo.unwrap_or(Rgb::splat(0.5)), ..Material::default() });
+            return Ok((vec![Shape::Curves(curves, settings)], vec![id]));
+        }
+        if !path.extension().is_some_and(|x| x.eq_ignore_ascii_case("obj")) {
+            return self.fail(span, format!("mesh \"{}\" is no .obj, .hair, .curves or .txt file; convert it", path.display()));
+        }
+        if e.curves.is_some() {
+            return self.fail(span, "curves belongs to .hair, .curves and .txt files; remove it");
+        }
+        let (shape, materials) = match &e.subdivision {
+            Some(settings) => {
+                let (cage, materials) = read_cage(path, &mut self.loaded.warnings)?;
+                (Shape::Cage(cage, settings.clone()), materials)
+            }
+            None => {
+                let Obj { mesh, materials } = read_obj(path, &mut self.loaded.warnings)?;
+                (Shape::Mesh(mesh), materials)
+            }
+        };
+        let ids = materials.into_iter().map(|m| self.add_mtl(m)).collect::<Result<Vec<u32>>>()?;
+        Ok((vec![shape], ids))
+    }
+
+    /// Makes a shape a mesh of the scene.
+    fn mesh(&mut self, shape: Shape, entry: &Spanned<MeshEntry>, diagonal: f32) -> Result<()> {
+        let (span, e) = (entry.span(), entry.get_ref());
+        let Loaded { notes, warnings, .. } = &mut self.loaded;
+        let mut mesh = shape.tessellate(diagonal, notes, warnings).or_else(|m| self.fail(&span, m))?;
         match e.normals {
             Normals::File => {}
             Normals::Face => mesh.normals.clear(),
@@ -114,12 +194,12 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    fn transform(&self, mesh: &mut Mesh, e: &MeshEntry, span: &Range<usize>) -> Result<()> {
+    fn world_from_object(&self, e: &MeshEntry, span: &Range<usize>) -> Result<Option<Mat4>> {
         let parts = e.scale.is_some() || e.rotate_deg.is_some() || e.translate.is_some();
         if e.matrix.is_none() && !parts {
-            return Ok(());
+            return Ok(None);
         }
-        let world_from_object = match e.matrix {
+        Ok(Some(match e.matrix {
             Some(_) if parts => return self.fail(span, "matrix stands alone; remove it or scale, rotate_deg and translate"),
             Some(rows) => Mat4::from_cols(Vec4::from(rows[0]), Vec4::from(rows[1]), Vec4::from(rows[2]), Vec4::W).transpose(),
             None => {
@@ -127,26 +207,7 @@ impl<'a> Assembly<'a> {
                 let rotation = Quat::from_euler(EulerRot::XYZEx, angles.x, angles.y, angles.z);
                 Mat4::from_scale_rotation_translation(e.scale.map_or(Vec3::ONE, Vec3::from), rotation, e.translate.unwrap_or_default())
             }
-        };
-        let linear = Mat3::from_mat4(world_from_object);
-        if !world_from_object.is_finite() || linear.determinant() == 0.0 {
-            return self.fail(span, "the transform is not invertible; scale may not be 0 and all numbers must be finite");
-        }
-        let normal_from_object = linear.inverse().transpose();
-        for p in &mut mesh.positions {
-            *p = world_from_object.transform_point3(*p);
-        }
-        for n in &mut mesh.normals {
-            *n = (normal_from_object * *n).normalize_or_zero();
-        }
-        if mesh.positions.iter().any(|p| !p.is_finite()) {
-            return self.fail(span, "the transform makes coordinates infinite; scale less");
-        }
-        if linear.determinant() < 0.0 {
-            // A mirror turns counter-clockwise into clockwise; fronts stay fronts.
-            mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-        }
-        Ok(())
+        }))
     }
 
     fn add_material(&mut self, material: Material) -> u32 {

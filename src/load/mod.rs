@@ -1,20 +1,24 @@
 //! Files → [`Scene`]: scene TOML (keys: [`scene_file`]), or a bare `.obj` that gets a framing view and, unless it has emitters, a sky.
 //!
 //! Input   a path and `--set` overrides. Output  [`Loaded`].
+//! Polygons of an OBJ become a mesh, or a cage that is subdivided at once; `.hair` and text curves become tubes or ribbons (`shape`).
 //! Guarantees  never panics on user data; every error names the file, the line where one is known, and the fix; what can be mended is mended
 //!             and listed in `warnings` (missing material library, undefined material, missing texture of an MTL).
 //! Not         materials beyond diffuse, emission and masks; `tobj` reads the OBJ, this room finds the lines of its errors.
 
 mod assemble;
+mod curve_file;
 mod image;
 mod mtl;
 mod normals;
 mod obj;
+mod obj_cage;
 mod obj_fault;
 mod path;
 mod polygon;
 #[expect(missing_docs, reason = "the fields are the keys that the page describes")]
 pub mod scene_file;
+mod shape;
 mod validate;
 
 use std::path::Path;

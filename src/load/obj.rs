@@ -52,15 +52,29 @@ fn note(line: &str) -> Option<Note> {
     }
 }
 
-/// Reads an OBJ file and its material libraries.
+/// The groups of an OBJ file as `tobj` gives them.
+#[derive(Debug)]
+pub struct Groups {
+    /// The file's text.
+    pub text: String,
+    /// Groups, whose materials are numbers of `materials`.
+    pub models: Vec<tobj::Model>,
+    /// Materials of the libraries, then the undefined ones.
+    pub materials: Vec<MtlMaterial>,
+}
+
+/// Reads an OBJ file and its material libraries. Polygons stay what they are; with `single_index` positions, normals and texture coordinates
+/// share one index, else each has its own.
 ///
 /// # Errors
 /// [`Error::Io`] when it cannot be read; [`Error::Input`] with the line of what is wrong.
-pub fn read_obj(path: &Path, warnings: &mut Vec<String>) -> Result<Obj> {
+pub fn read_groups(path: &Path, single_index: bool, warnings: &mut Vec<String>) -> Result<Groups> {
     let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })?;
-    let text = String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
-    let text = text.trim_start_matches('\u{feff}');
-    let fail = |reason: String| match find_fault(text) {
+    let mut text = String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
+    if text.starts_with('\u{feff}') {
+        text.remove(0);
+    }
+    let fail = |reason: String| match find_fault(&text) {
         Some((line, message)) => Error::input(path, line, message),
         None => Error::input(path, None, format!("is no readable OBJ file ({reason}); export it again")),
     };
@@ -73,22 +87,32 @@ pub fn read_obj(path: &Path, warnings: &mut Vec<String>) -> Result<Obj> {
     // The first line makes every material known from the start, whichever library defines it.
     let mut input = b"mtllib *\n".as_slice();
     let mut input = std::io::BufReader::new(std::io::Read::chain(&mut input, text.as_bytes()));
-    let options = tobj::LoadOptions { single_index: true, triangulate: false, ignore_points: true, ignore_lines: true };
+    let options = tobj::LoadOptions { single_index, triangulate: false, ignore_points: true, ignore_lines: true };
     let (models, _) = tobj::load_obj_buf(&mut input, &options, |library| {
         let known = if library == Path::new("*") { all.clone() } else { Vec::new() };
         let map = known.iter().enumerate().map(|(i, m)| (m.name.clone(), i)).collect();
         Ok((known, map))
     })
     .map_err(|e| fail(e.to_string()))?;
+    let finite = |m: &tobj::Mesh| m.positions.iter().chain(&m.normals).chain(&m.texcoords).all(|x| x.is_finite());
+    if !models.iter().all(|m| finite(&m.mesh)) {
+        return Err(fail("a number is not finite".into()));
+    }
+    if models.iter().map(|m| m.mesh.positions.len() / 3).sum::<usize>() >= u32::MAX as usize {
+        return Err(Error::input(path, None, "has more vertices than 32-bit indices can count; split it into several meshes"));
+    }
+    Ok(Groups { text, models, materials })
+}
+
+/// Reads an OBJ file as triangles.
+///
+/// # Errors
+/// Those of [`read_groups`].
+pub fn read_obj(path: &Path, warnings: &mut Vec<String>) -> Result<Obj> {
+    let Groups { models, materials, .. } = read_groups(path, true, warnings)?;
     let mut obj = Obj { mesh: Mesh { name: path.display().to_string(), ..Mesh::default() }, materials };
     let mut without_material = 0;
     for model in models {
-        if model.mesh.positions.iter().chain(&model.mesh.normals).chain(&model.mesh.texcoords).any(|x| !x.is_finite()) {
-            return Err(fail("a number is not finite".into()));
-        }
-        if obj.mesh.positions.len() + model.mesh.positions.len() / 3 >= u32::MAX as usize {
-            return Err(Error::input(path, None, "has more vertices than 32-bit indices can count; split it into several meshes"));
-        }
         without_material += append(&mut obj, &model, path, warnings);
     }
     if without_material > 0 {

@@ -16,6 +16,10 @@
 //! translate = [0, 0, 0]        # or matrix = [[…], [3 rows of 4]] instead of the three
 //! normals = "file"             # "face", "smooth" up to crease_deg (40)
 //! sides = "auto"               # "one", "two"
+//! subdivision = { levels = 3 } # the file's polygons are the cage of a Catmull–Clark surface; keys: SubdivisionEntry
+//! [[mesh]]
+//! file = "fur.hair"            # or .curves, .txt
+//! curves = { shape = "tube" }  # keys: CurvesEntry
 //! [[light]]
 //! type = "sky"                 # "quad", "sphere", "sun", "point", "spot"
 //! radiance = [1, 1, 1]
@@ -35,7 +39,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::{Error, Result};
-use crate::scene::Sides;
+use crate::scene::{Basis, Boundary, Sides, UvRule};
+use crate::tessellate::CurveShape;
 
 /// A whole scene file.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -102,6 +107,46 @@ pub struct MeshEntry {
     pub normals: Normals,
     pub crease_deg: Option<f32>,
     pub sides: Sides,
+    pub subdivision: Option<SubdivisionEntry>,
+    pub curves: Option<CurvesEntry>,
+}
+
+/// A length in scene units, or a text like "0.5%": a share of the scene's diagonal.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged, expecting = "expected a length, or a share of the diagonal like \"0.5%\"")]
+pub enum Length {
+    Units(f32),
+    Share(String),
+}
+
+/// `subdivision = { … }`: how a cage is tessellated. `levels` (3) or `edge`, the longest edge; edges whose faces' normals differ by more than
+/// `crease_angle_deg` become creases of `crease_sharpness` (10: always sharp); `boundary` is "edge-and-corner", "edge" or "none" and overrides the
+/// file's; `uv` is "linear" or "smooth".
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SubdivisionEntry {
+    pub levels: Option<u32>,
+    pub edge: Option<Length>,
+    pub crease_angle_deg: Option<f32>,
+    pub crease_sharpness: Option<f32>,
+    pub boundary: Option<Boundary>,
+    pub uv: UvRule,
+}
+
+/// `curves = { … }`: how curves are read and tessellated. `shape` is "tube" of `sides` (5), "ribbon" (along `normal`, where given) or "cross";
+/// `segments` (4) a span; `basis` of a file is "linear", "catmull-rom", "bspline" or "bezier"; `width` replaces the file's diameters, `width_scale`
+/// multiplies them; `material` names the material (the file's stem).
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CurvesEntry {
+    pub shape: CurveShape,
+    pub sides: Option<u32>,
+    pub segments: Option<u32>,
+    pub normal: Option<Vec3>,
+    pub basis: Option<Basis>,
+    pub width: Option<f32>,
+    pub width_scale: Option<f32>,
+    pub material: Option<String>,
 }
 
 /// `[[light]]`; units as in [`crate::scene::Light`].

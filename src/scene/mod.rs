@@ -3,13 +3,17 @@
 //! Lengths are in the file's units. Directions and normals are unit unless said. Surfaces are two-sided diffuse; radiosity is stored per side.
 
 pub mod builtin;
+mod cage;
 mod camera;
+mod curves;
 mod light;
 mod material;
 mod mesh;
 mod texture;
 
+pub use cage::{Boundary, Cage, INFINITE_SHARPNESS, UvRule};
 pub use camera::Camera;
+pub use curves::{Basis, Curves};
 pub use light::Light;
 pub use material::{Material, TextureId};
 pub use mesh::{Mesh, Sides};

@@ -69,7 +69,7 @@ pub fn interior(p: &InteriorParameters) -> Result<Generated, String> {
     }
     furniture(&mut s, &segments);
     let materials = NAMES.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
-    Ok(Generated { mesh: s.mesh, materials })
+    Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
 }
 
 /// Floor, walls with thickness, ceiling, steps: one solid on a grid.

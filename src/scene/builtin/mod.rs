@@ -1,21 +1,29 @@
 //! Scenes made by code: parametric, deterministic, with their materials; asked for by `[[mesh]] builtin = "…"` in a scene file.
 
 mod atrium;
+mod fur;
 mod interior;
 mod slats;
 mod solid;
+mod subdivision;
 
 pub use atrium::{AtriumParameters, atrium};
+pub use fur::{FurParameters, fur};
 pub use interior::{InteriorParameters, interior};
 pub use slats::{SlatsParameters, slats};
+pub use subdivision::{SubdivisionParameters, subdivision};
 
-use super::{Material, Mesh};
+use super::{Cage, Curves, Material, Mesh};
 
-/// A mesh whose material indices refer to `materials`.
-#[derive(Clone, Debug)]
+/// Surfaces whose material indices refer to `materials`.
+#[derive(Clone, Debug, Default)]
 pub struct Generated {
     /// The triangles.
     pub mesh: Mesh,
+    /// Cages of subdivision surfaces.
+    pub cages: Vec<Cage>,
+    /// Curves.
+    pub curves: Vec<Curves>,
     /// Their materials.
     pub materials: Vec<Material>,
 }
@@ -30,11 +38,15 @@ pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, Strin
     }
     let mut made = match name {
         "atrium" => atrium(&read(parameters)?)?,
+        "fur" => fur(&read(parameters)?)?,
         "interior" => interior(&read(parameters)?)?,
         "slats" => slats(&read(parameters)?)?,
-        _ => return Err(format!("there is no builtin \"{name}\"; there are: atrium, interior, slats")),
+        "subdivision" => subdivision(&read(parameters)?)?,
+        _ => return Err(format!("there is no builtin \"{name}\"; there are: atrium, fur, interior, slats, subdivision")),
     };
     made.mesh.name = name.into();
+    made.cages.iter_mut().for_each(|c| c.name = name.into());
+    made.curves.iter_mut().for_each(|c| c.name = name.into());
     Ok(made)
 }
 
@@ -67,6 +79,6 @@ mod tests {
         let coarse = generate("atrium", &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(0.05))])).unwrap().mesh;
         assert!((15_000..30_000).contains(&coarse.triangles.len()), "{}", coarse.triangles.len());
         assert!(generate("interior", &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(99.0))])).is_err());
-        assert!(generate("castle", &toml::Table::new()).unwrap_err().contains("interior, slats"));
+        assert!(generate("castle", &toml::Table::new()).unwrap_err().contains("interior, slats, subdivision"));
     }
 }

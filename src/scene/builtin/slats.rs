@@ -70,5 +70,5 @@ pub fn slats(p: &SlatsParameters) -> Result<Generated, String> {
     }
     s.cuboid(Vec3::new(-0.09, 0.2, -0.09), Vec3::new(0.09, 0.75, 0.09), 1);
     let materials = colors.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
-    Ok(Generated { mesh: s.mesh, materials })
+    Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
 }

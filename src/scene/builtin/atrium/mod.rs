@@ -144,5 +144,5 @@ pub fn atrium(p: &AtriumParameters) -> Result<Generated, String> {
     parts::fountain(&mut s, &segments);
     parts::pots(&mut s, &segments);
     let materials = NAMES.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
-    Ok(Generated { mesh: s.mesh, materials })
+    Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
 }
