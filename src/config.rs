@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
+use crate::denoise::Denoise;
 use crate::error::{Error, Result};
 use crate::method::cache::CacheSettings;
 use crate::method::decompose::DecomposeSettings;
@@ -22,6 +23,8 @@ use crate::shading::DirectSettings;
 pub struct RenderConfig {
     /// Seed of every random number.
     pub seed: u64,
+    /// What removes noise from the finished picture of `nearfar render`.
+    pub denoise: Denoise,
     /// Direct light.
     pub direct: DirectSettings,
     /// Camera samples and shading points.
