@@ -10,6 +10,7 @@ mod cli;
 mod conformance;
 mod convergence;
 mod decompose;
+mod denoise;
 mod export;
 mod info;
 mod near_far;

@@ -11,7 +11,7 @@ use toml::Value;
 use super::options::{Job, OutputOptions, SceneOptions};
 use super::show::mark;
 use super::{check_writable, statistics};
-use crate::denoise::{Denoise, denoise};
+use crate::denoise::{Denoise, Parts, denoise};
 use crate::error::{Error, Result};
 use crate::ffi::oidn::Denoiser;
 use crate::film::{self, Film, Precision};
@@ -118,15 +118,16 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         Method::Direct => direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?,
     };
     if let Some(denoiser) = &denoiser {
-        denoised(&mut rendered, denoiser, &job.run)?;
+        denoised(&mut rendered, denoiser, args.method, &job.run)?;
     }
     write_samples(args, &rendered)?;
     finish(&args.scene, &args.output, args.method, &job, &world, rendered)
 }
 
 /// Denoises the picture and says by what.
-fn denoised(rendered: &mut Rendered, denoiser: &Denoiser, run: &Run) -> Result<()> {
-    denoise(&mut rendered.film, denoiser, run)?;
+fn denoised(rendered: &mut Rendered, denoiser: &Denoiser, method: Method, run: &Run) -> Result<()> {
+    let parts = if method == Method::Path { Parts::Apart } else { Parts::Together };
+    denoise(&mut rendered.film, denoiser, parts, run)?;
     let who = format!("Open Image Denoise {}", denoiser.dotted());
     rendered.film.header.insert("nearfar.denoiser".into(), who.clone());
     rendered.stats.insert("denoiser".into(), json!(who));
