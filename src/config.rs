@@ -57,13 +57,14 @@ impl RenderConfig {
                 check_alone(&format!("{section}.{key}"), section, Value::Table([(key.clone(), value.clone())].into_iter().collect()))?;
             }
         }
-        let config: Self = table.try_into().map_err(|e: toml::de::Error| Error::setting("settings", one_line(e.message())))?;
+        let mut config: Self = table.try_into().map_err(|e: toml::de::Error| Error::setting("settings", one_line(e.message())))?;
         config.path.check()?;
         config.decompose.validate()?;
         config.cache.validate()?;
         config.gather.validate()?;
         config.photon.validate()?;
         config.record.validate()?;
+        config.path.filter = config.record.pixel_filter();
         Ok(config)
     }
 

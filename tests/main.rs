@@ -16,6 +16,7 @@ mod info;
 mod near_far;
 mod path;
 mod photon;
+mod pixel_filter;
 mod references;
 mod support;
 mod truth;

@@ -114,7 +114,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         Method::Decomposition => decompose::render(&world, &config.decompose, inputs, &job.run)?,
         Method::IrradianceCache => with_cache(args, &world, &config.cache, inputs, &job.run)?,
         Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
-        Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, config.record.spp, config.seed, &job.run)?,
+        Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, &config.record, config.seed, &job.run)?,
         Method::Direct => direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?,
     };
     if let Some(denoiser) = &denoiser {

@@ -171,7 +171,7 @@ impl Scene {
         }
         let mask = owner.masked().then(|| Box::new(shim::NfMask { exists: Some(exists::<T>), user: Arc::as_ptr(owner).cast() }));
         // SAFETY: the device is live; the handle is owned by `scene` from here on.
-        let scene = Self { handle: unsafe { sys::rtcNewScene(device.0) }, mask: mask, _triangles: Arc::<T>::clone(owner) };
+        let scene = Self { handle: unsafe { sys::rtcNewScene(device.0) }, mask, _triangles: Arc::<T>::clone(owner) };
         if scene.handle.is_null() {
             return Err(device.error("cannot make a scene"));
         }
