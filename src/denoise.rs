@@ -12,7 +12,8 @@
 //!         beauty 0.0011, 0.0070, 0.0185, 0.0117; with albedo and normals declared clean (sixteen samples and more make them so)
 //!         0.0009, 0.0055, 0.0169, 0.0092; parts apart 0.0007, 0.0043, 0.0162, 0.0091: sun and lamps have other noise than bounces. Divided by
 //!         albedo: never better, black where there is none. The decomposition has little noise in either part: together 0.00027, 0.0045, 0.0044, 0.0039
-//!         after 0.00039, 0.0046, 0.0047, 0.0041, apart no better at twice the cost.
+//!         after 0.00039, 0.0046, 0.0047, 0.0041, apart no better at twice the cost; and without `decompose.near_filter`, whose blotches look
+//!         like light, 0.00028, 0.0044, 0.0042, 0.0030, which is why it is off beside a denoiser.
 //! Cost    see [`crate::ffi::oidn`]; two filters with parts apart. Phase `denoise`.
 
 use serde::{Deserialize, Serialize};
