@@ -268,6 +268,7 @@ fn files(place: &Path) -> Vec<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sampling::{Rng, Stream};
 
     fn refused(place: &Path) -> String {
         match Denoiser::open_from(Some(place.as_os_str()), 1) {
@@ -307,17 +308,19 @@ mod tests {
     }
 
     #[test]
-    fn a_flat_picture_stays_flat() {
+    fn a_flat_picture_stays_flat_and_loses_its_noise() {
         let Ok(denoiser) = Denoiser::open(1) else {
             eprintln!("skipped: no Open Image Denoise here");
             return;
         };
         assert_eq!(denoiser.version()[0], 2);
-        let (width, height) = (40, 30);
-        let color = vec![Vec3::new(0.5, 0.25, 2.0); width * height];
-        let out = denoiser.denoise(&Input { width, height, color: &color, albedo: None, normal: None, clean: false }).unwrap();
-        for c in out {
-            assert!((c / color[0] - 1.0).abs().max_element() < 0.02, "{c}");
-        }
+        let (width, height, flat) = (40, 30, Vec3::new(0.5, 0.25, 2.0));
+        let mut rng = Rng::new(1, Stream::Test, 0, 0);
+        let noisy: Vec<Vec3> = (0..width * height).map(|_| flat * 2.0 * Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32())).collect();
+        let out = |color: &[Vec3]| denoiser.denoise(&Input { width, height, color, albedo: None, normal: None, clean: false }).unwrap();
+        let deviation = |picture: &[Vec3]| (picture.iter().map(|&c| (c / flat - 1.0).length_squared()).sum::<f32>() / (3 * picture.len()) as f32).sqrt();
+        // A network is no identity: measured 0.013 with 2.5.1, most of it at the corners. Noise: 0.58 before, 0.15 after.
+        assert!(deviation(&out(&vec![flat; width * height])) < 0.05);
+        assert!(deviation(&out(&noisy)) < 0.5 * deviation(&noisy));
     }
 }
