@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-_Static_assert(sizeof(NfRay) == 32 && sizeof(NfHit) == 16, "the layouts that src/accel/embree expects");
+_Static_assert(sizeof(NfRay) == 32 && sizeof(NfHit) == 16, "the layouts that src/ffi/embree.rs expects");
 _Static_assert(RTC_VERSION_MAJOR == 4 && RTC_VERSION_MINOR >= 3, "Embree 4.3 or later");
 
 uint32_t nf_header_version(void) { return RTC_VERSION_MAJOR * 10000u + RTC_VERSION_MINOR * 100u + RTC_VERSION_PATCH; }

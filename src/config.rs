@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
+use crate::denoise::Denoise;
 use crate::error::{Error, Result};
 use crate::method::cache::CacheSettings;
 use crate::method::decompose::DecomposeSettings;
@@ -22,6 +23,8 @@ use crate::shading::DirectSettings;
 pub struct RenderConfig {
     /// Seed of every random number.
     pub seed: u64,
+    /// What removes noise from the finished picture of `nearfar render`; with it `decompose.near_filter` is 0 unless set.
+    pub denoise: Denoise,
     /// Direct light.
     pub direct: DirectSettings,
     /// Camera samples and shading points.
@@ -54,13 +57,19 @@ impl RenderConfig {
                 check_alone(&format!("{section}.{key}"), section, Value::Table([(key.clone(), value.clone())].into_iter().collect()))?;
             }
         }
-        let config: Self = table.try_into().map_err(|e: toml::de::Error| Error::setting("settings", one_line(e.message())))?;
+        let own_near_filter = table.get("decompose").is_some_and(|d| d.get("near_filter").is_some());
+        let mut config: Self = table.try_into().map_err(|e: toml::de::Error| Error::setting("settings", one_line(e.message())))?;
         config.path.check()?;
         config.decompose.validate()?;
         config.cache.validate()?;
         config.gather.validate()?;
         config.photon.validate()?;
         config.record.validate()?;
+        if config.denoise != Denoise::None && !own_near_filter {
+            // A denoiser takes the noise of single near rays better than what the filter makes of it.
+            config.decompose.near_filter = 0;
+        }
+        config.path.filter = config.record.pixel_filter();
         Ok(config)
     }
 
@@ -137,6 +146,8 @@ mod tests {
         let c = config("seed = 4\n[path]\nspp = 3").unwrap();
         assert_eq!((c.seed, c.path.spp, c.path.max_depth), (4, 3, 0));
         assert!(RenderConfig::from_table(RenderConfig::default().to_table().unwrap()).is_ok());
+        assert_eq!(config("denoise = \"oidn\"").unwrap().decompose.near_filter, 0);
+        assert_eq!(config("denoise = \"oidn\"\n[decompose]\nnear_filter = 3").unwrap().decompose.near_filter, 3);
     }
 
     #[test]

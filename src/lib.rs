@@ -11,6 +11,7 @@
 //! |---|---|
 //! | [`error`], [`run`] (0) | failures with file, line and fix; progress, cancel, warnings, threads |
 //! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
+//! | [`ffi`] (1) | the borders to C, the only folder with unsafe code: Embree, Open Image Denoise |
 //! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures; built-in parametric scenes |
 //! | [`load`] (3) | OBJ/MTL, cages, curves, scene TOML, images → [`scene::Scene`], whose surfaces are triangles |
 //! | [`tessellate`] (3) | cages and curves → meshes; `Scene` → [`tessellate::Geometry`] (world-space triangles) → [`tessellate::Cells`] (small pieces for the near sum) |
@@ -18,6 +19,7 @@
 //! | [`shading`] (5) | hit → surface; lights, direct light; [`shading::World`] |
 //! | [`photon`] (6) | `World` → `PhotonMap` → radiosity of cells: the proxy |
 //! | [`film`] (6) | layers → EXR, PNG |
+//! | [`denoise`] (6) | the finished picture denoised, by a library opened at run time |
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
 //! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, direct, photon-map: siblings |
 //! | [`config`], [`report`], [`cli`] (8–9) | settings, comparison and benchmark tables, the command line |
@@ -43,7 +45,9 @@
 pub mod accel;
 pub mod cli;
 pub mod config;
+pub mod denoise;
 pub mod error;
+pub mod ffi;
 pub mod film;
 pub mod load;
 pub mod math;

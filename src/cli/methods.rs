@@ -13,6 +13,7 @@ use super::measure::{Configuration, Measured, Workshop};
 use super::options::{Job, SceneOptions};
 use crate::config::{self, RenderConfig};
 use crate::error::{Error, Result};
+use crate::ffi::oidn::Denoiser;
 use crate::film::read_exr;
 use crate::method::Method;
 use crate::report::chart::chart;
@@ -23,7 +24,7 @@ use crate::report::{Comparison, Reference, compare, read_reference};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Options of --methods")]
 pub(super) struct MethodsOptions {
-    /// Lines to draw; default all: decomposition, course, hessian, production-2006, split-sphere, gather, path, photon-map.
+    /// Lines to draw; default all: decomposition, course, hessian, production-2006, split-sphere, gather, path, photon-map, and path+oidn where Open Image Denoise is.
     #[arg(long, requires = "methods", value_name = "LINES", value_delimiter = ',')]
     only: Vec<String>,
     /// Values of a line's knob, or of another KEY, which makes a line of its own; further settings after ";". May be repeated.
@@ -70,7 +71,10 @@ struct Line {
     with_default: bool,
 }
 
-const LINES: [Line; 8] = [
+/// The line that needs a library which may not be there.
+const PATH_DENOISED: &str = "path+oidn";
+
+const LINES: [Line; 9] = [
     Line { name: "decomposition", method: Method::Decomposition, fixed: &[], knob: "decompose.alpha", values: &["4%", "2%", "1%", "0.5%"], with_default: true },
     Line {
         name: "course",
@@ -106,6 +110,7 @@ const LINES: [Line; 8] = [
     },
     Line { name: "gather", method: Method::Gather, fixed: &[], knob: "gather.rays", values: &["4", "16", "64", "256"], with_default: false },
     Line { name: "path", method: Method::Path, fixed: &[], knob: "path.spp", values: &["1", "4", "16", "64"], with_default: false },
+    Line { name: PATH_DENOISED, method: Method::Path, fixed: &[("denoise", "oidn")], knob: "path.spp", values: &["1", "4", "16", "64"], with_default: false },
     Line { name: "photon-map", method: Method::PhotonMap, fixed: &[], knob: "photon.count", values: &[], with_default: true },
 ];
 
@@ -174,10 +179,14 @@ fn entries(options: &MethodsOptions, settings: &Table) -> Result<Vec<Entry>> {
     }
     let mut found = Vec::new();
     for line in &LINES {
-        let wanted = options.only.is_empty() || options.only.iter().any(|n| n == line.name);
+        let named = options.only.iter().any(|n| n == line.name);
+        let wanted = named || options.only.is_empty() && (line.name != PATH_DENOISED || Denoiser::open(1).is_ok());
         let own: Vec<&Sweep> = options.sweep.iter().filter(|s| s.line == line.name).collect();
         if !wanted && own.is_empty() {
             continue;
+        }
+        if line.name == PATH_DENOISED {
+            Denoiser::open(1)?;
         }
         let default = lookup(settings, line.knob);
         let plain: Vec<&&Sweep> = own.iter().filter(|s| s.key.is_none()).collect();
@@ -325,6 +334,8 @@ fn row(entry: &Entry, measured: &Measured, image: &Path, truth: Option<Compariso
     // Samples of all places take the threads of the phase for as long as it lasts.
     let sampling = stats.pointer("/seconds/sample").and_then(serde_json::Value::as_f64).zip(number("threads")).map(|(s, t)| s * t * 1e6);
     let [cpu_seconds, wall_seconds] = measured.seconds();
+    // What a denoiser leaves does not fall as 1/samples.
+    let denoised = stats.get("denoiser").is_some();
     Row {
         line: entry.line.clone(),
         knob: entry.knob.clone(),
@@ -339,7 +350,7 @@ fn row(entry: &Entry, measured: &Measured, image: &Path, truth: Option<Compariso
             .into_iter()
             .find_map(number)
             .or_else(|| sampling.zip(places).filter(|(_, n)| *n > 0).map(|(s, n)| s / n as f64)),
-        samples: stats.get("spp").and_then(serde_json::Value::as_u64).filter(|_| entry.line.starts_with("path")),
+        samples: stats.get("spp").and_then(serde_json::Value::as_u64).filter(|_| !denoised && entry.line.starts_with("path")),
         truth,
         gather,
         image: image.display().to_string(),

@@ -11,7 +11,9 @@ use toml::Value;
 use super::options::{Job, OutputOptions, SceneOptions};
 use super::show::mark;
 use super::{check_writable, statistics};
+use crate::denoise::{Denoise, Parts, denoise};
 use crate::error::{Error, Result};
+use crate::ffi::oidn::Denoiser;
 use crate::film::{self, Film, Precision};
 use crate::method::cache::{CacheSettings, store};
 use crate::method::stage::Inputs;
@@ -30,6 +32,9 @@ pub(super) struct RenderArgs {
     /// How light is computed.
     #[arg(long, default_value_t, value_enum)]
     method: Method,
+    /// Remove noise from the finished picture; it stays as it was in the layer "noisy".
+    #[arg(long, value_enum)]
+    denoise: Option<Denoise>,
     /// Near/far distance: a length, or a share of the scene's diagonal such as "2%".
     #[arg(long, value_name = "LENGTH")]
     alpha: Option<String>,
@@ -93,23 +98,40 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     if let Some(alpha) = &args.alpha {
         extra.push(("decompose.alpha", crate::config::parse_value(alpha)));
     }
+    if let Some(denoise) = args.denoise {
+        extra.push(("denoise", Value::String(name(denoise))));
+    }
     check_outputs(&args.output)?;
     check_samples(args)?;
     let job = args.scene.prepare(&extra, args.output.time_limit, cancel)?;
+    let denoiser = job.config.denoise.open(&job.run)?;
     let world = World::new(&job.scene, args.scene.backend, &job.run)?;
     warn_of_camera(&args.scene, &job.run, &world);
     let config = &job.config;
     let inputs = config.inputs(world.diagonal);
-    let rendered = match args.method {
+    let mut rendered = match args.method {
         Method::Path => path::render(&world, &config.path, config.seed, &job.run)?,
         Method::Decomposition => decompose::render(&world, &config.decompose, inputs, &job.run)?,
         Method::IrradianceCache => with_cache(args, &world, &config.cache, inputs, &job.run)?,
         Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
-        Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, config.record.spp, config.seed, &job.run)?,
+        Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, &config.record, config.seed, &job.run)?,
         Method::Direct => direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?,
     };
+    if let Some(denoiser) = &denoiser {
+        denoised(&mut rendered, denoiser, args.method, &job.run)?;
+    }
     write_samples(args, &rendered)?;
     finish(&args.scene, &args.output, args.method, &job, &world, rendered)
+}
+
+/// Denoises the picture and says by what.
+fn denoised(rendered: &mut Rendered, denoiser: &Denoiser, method: Method, run: &Run) -> Result<()> {
+    let parts = if method == Method::Path { Parts::Apart } else { Parts::Together };
+    denoise(&mut rendered.film, denoiser, parts, run)?;
+    let who = format!("Open Image Denoise {}", denoiser.dotted());
+    rendered.film.header.insert("nearfar.denoiser".into(), who.clone());
+    rendered.stats.insert("denoiser".into(), json!(who));
+    Ok(())
 }
 
 /// Options that only some methods understand.
@@ -200,12 +222,13 @@ fn check_outputs(output: &OutputOptions) -> Result<()> {
     output.stats.as_deref().map_or(Ok(()), check_writable)
 }
 
-fn name(method: Method) -> String {
-    clap::ValueEnum::to_possible_value(&method).map_or_else(String::new, |v| v.get_name().to_owned())
+/// The name of a choice, as written on the command line.
+fn name<T: clap::ValueEnum>(choice: T) -> String {
+    clap::ValueEnum::to_possible_value(&choice).map_or_else(String::new, |v| v.get_name().to_owned())
 }
 
 /// Layers that some method writes.
-const LAYERS: [&str; 18] = [
+const LAYERS: [&str; 19] = [
     "none",
     "direct",
     "indirect",
@@ -220,6 +243,7 @@ const LAYERS: [&str; 18] = [
     "cluster",
     "cell",
     "location",
+    "noisy",
     "variance",
     "samples",
     "half0",

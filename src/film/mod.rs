@@ -53,7 +53,14 @@ impl Film {
     }
     /// A colour layer; `""` is the beauty.
     pub fn rgb(&self, layer: &str) -> Option<Vec<Rgb>> {
-        let [r, g, b] = ["R", "G", "B"].map(|s| self.channels.get(&channel(layer, s)));
-        Some(r?.iter().zip(g?).zip(b?).map(|((&r, &g), &b)| Rgb::new(r, g, b)).collect())
+        self.triples(layer, ["R", "G", "B"])
+    }
+    /// A vector layer with channels X, Y, Z.
+    pub fn xyz(&self, layer: &str) -> Option<Vec<glam::Vec3>> {
+        self.triples(layer, ["X", "Y", "Z"])
+    }
+    fn triples(&self, layer: &str, suffixes: [&str; 3]) -> Option<Vec<glam::Vec3>> {
+        let [a, b, c] = suffixes.map(|s| self.channels.get(&channel(layer, s)));
+        Some(a?.iter().zip(b?).zip(c?).map(|((&a, &b), &c)| glam::Vec3::new(a, b, c)).collect())
     }
 }

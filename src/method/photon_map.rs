@@ -12,20 +12,21 @@ use crate::film::Film;
 use crate::math::Ray;
 use crate::photon::{PhotonSettings, solve};
 use crate::radiometry::Rgb;
+use crate::record::RecordSettings;
 use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream};
 use crate::shading::World;
 use crate::tessellate::Cells;
 
-/// Renders the proxy made of cells no longer than `near_cell` (scene units) with `spp` samples a pixel.
+/// Renders the proxy made of cells no longer than `near_cell` (scene units) with the samples of `record`.
 ///
 /// # Errors
 /// For settings out of range, [`crate::error::Error::Interrupted`].
-pub fn render(world: &World, near_cell: f32, settings: &PhotonSettings, spp: u32, seed: u64, run: &Run) -> Result<Rendered> {
+pub fn render(world: &World, near_cell: f32, settings: &PhotonSettings, record: &RecordSettings, seed: u64, run: &Run) -> Result<Rendered> {
     let cells = run.install(|| Cells::new(&world.geometry, near_cell))?;
     let (proxy, stats) = solve(world, &cells, settings, seed, run)?;
     let (width, height) = (world.camera.width, world.camera.height);
-    let spp = spp.max(1);
+    let (spp, filter) = (record.spp.max(1), record.pixel_filter());
     let phase = run.phase("reconstruct", u64::from(height));
     let rows: Vec<Vec<[Rgb; 3]>> = run.install(|| {
         (0..height)
@@ -39,7 +40,7 @@ pub fn render(world: &World, near_cell: f32, settings: &PhotonSettings, spp: u32
                         let sobol = Sobol::new(seed, Stream::Camera, u64::from(y) * u64::from(width) + u64::from(x));
                         let mut sum = [Rgb::ZERO; 3];
                         for i in 0..spp {
-                            let pixel = glam::Vec2::new(x as f32, y as f32) + sobol.sample_2d(i, 0);
+                            let pixel = glam::Vec2::new(x as f32, y as f32) + filter.position(sobol.sample_2d(i, 0));
                             let dir = world.camera.direction(pixel);
                             let Some(s) = world.closest(&Ray::new(world.camera.eye, dir)) else {
                                 sum[0] += world.lights.background(dir);

@@ -3,7 +3,7 @@
 //! ```text
 //! pixel = mean over camera samples of [ seen emission + albedo · (direct irradiance + E(point of the sample)) / π ]
 //! ```
-//! Camera samples (box filter, `spp` a pixel) carry visibility, albedo and direct light. Indirect irradiance E is evaluated at **shading
+//! Camera samples (`spp` a pixel, drawn by the pixel filter) carry visibility, albedo and direct light. Indirect irradiance E is evaluated at **shading
 //! points**: the samples of one pixel that lie on one surface (like normal, like plane) share a point at their mean position (on a curved surface at the first one's), weighted by
 //! their summed albedo. A pixel across an edge gets a point for each side, so edges stay antialiased at about 1.1 points a pixel.
 //!
@@ -20,15 +20,19 @@ use crate::film::Film;
 use crate::math::{Ray, offset_origin};
 use crate::radiometry::Rgb;
 use crate::run::{RayKind, Run};
-use crate::sampling::{Sobol, Stream};
+use crate::sampling::{FilterShape, PixelFilter, Sobol, Stream};
 use crate::shading::{DirectSettings, Surface, World, direct_irradiance};
 
 /// How the camera is sampled.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RecordSettings {
-    /// Camera samples per pixel (box filter), 1..=4096.
+    /// Camera samples per pixel, 1..=4096.
     pub spp: u32,
+    /// Pixel filter, of every method: path tracing too.
+    pub filter: FilterShape,
+    /// Where the filter ends, in pixels from the centre, above 0 and at most 8; default ½ for the box, 1 for the tent, 1½ for the Gaussian.
+    pub filter_radius: Option<f32>,
     /// Cosine of the largest angle between normals that share a shading point.
     pub share_normal_cos: f32,
     /// Largest distance from a shared point's plane, in pixel footprints.
@@ -37,7 +41,7 @@ pub struct RecordSettings {
 
 impl Default for RecordSettings {
     fn default() -> Self {
-        Self { spp: 16, share_normal_cos: 0.97, share_plane: 0.5 }
+        Self { spp: 16, filter: FilterShape::Box, filter_radius: None, share_normal_cos: 0.97, share_plane: 0.5 }
     }
 }
 
@@ -48,10 +52,18 @@ impl RecordSettings {
         if !(1..=4096).contains(&self.spp) {
             return Err(Error::setting("record.spp", format!("{} is not in 1..=4096", self.spp)));
         }
+        if !self.filter_radius.is_none_or(|r| r > 0.0 && r <= 8.0) {
+            return Err(Error::setting("record.filter_radius", "must be above 0 and at most 8 pixels"));
+        }
         if !(self.share_normal_cos.is_finite() && self.share_plane.is_finite() && self.share_plane >= 0.0) {
             return Err(Error::setting("record.share_plane", "must be finite and not negative"));
         }
         Ok(())
+    }
+
+    /// The pixel filter with its radius.
+    pub fn pixel_filter(&self) -> PixelFilter {
+        PixelFilter { shape: self.filter, radius: self.filter_radius.unwrap_or(self.filter.default_radius()) }
     }
 }
 
@@ -208,12 +220,12 @@ fn pixel(world: &World, settings: &RecordSettings, direct_settings: &DirectSetti
     let lens = Sobol::new(seed, Stream::Camera, u64::from(index));
     let lamp = Sobol::new(seed, Stream::Direct, u64::from(index));
     let (_, _, forward) = world.camera.axes();
-    let spp = settings.spp as f32;
+    let (spp, filter) = (settings.spp as f32, settings.pixel_filter());
     let (mut emission, mut direct, mut albedo, mut normal, mut position, mut depth) = (Rgb::ZERO, Rgb::ZERO, Rgb::ZERO, Vec3::ZERO, Vec3::ZERO, 0.0);
     let mut groups: Vec<Group> = Vec::new();
     let mut hits = 0.0;
     for s in 0..settings.spp {
-        let dir = world.camera.direction(Vec2::new(x as f32, y as f32) + lens.sample_2d(s, 0));
+        let dir = world.camera.direction(Vec2::new(x as f32, y as f32) + filter.position(lens.sample_2d(s, 0)));
         let Some(surface) = world.closest(&Ray::new(world.camera.eye, dir)) else {
             emission += world.lights.background(dir);
             continue;

@@ -1,6 +1,6 @@
 //! Unidirectional path tracing: the ground truth.
 //!
-//! Computes   L(x, ωo) = Le + ∫ (albedo/π) L(x', −ωi) cos θi dωi, averaged over every pixel's square.
+//! Computes   L(x, ωo) = Le + ∫ (albedo/π) L(x', −ωi) cos θi dωi, averaged over every pixel by the pixel filter.
 //! Source     `[Veach97]` §9.2 (power heuristic), `[Burley20]` (Owen-scrambled Sobol).
 //! Input      [`World`]. Output  [`Rendered`] with layers: beauty, emission (lights and background seen directly), direct, indirect,
 //!            albedo, N, P, depth, variance (of the mean), samples, and two independent halves.
@@ -24,6 +24,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::method::Rendered;
 use crate::run::{RayKind, Run};
+use crate::sampling::PixelFilter;
 use crate::shading::World;
 use pixels::Pixel;
 
@@ -39,11 +40,14 @@ pub struct PathSettings {
     pub target_error: f64,
     /// First bounce at which a path may end by Russian roulette.
     pub roulette_from: u32,
+    /// Pixel filter: the one of `record.filter`.
+    #[serde(skip)]
+    pub filter: PixelFilter,
 }
 
 impl Default for PathSettings {
     fn default() -> Self {
-        Self { spp: 256, max_depth: 0, target_error: 0.0, roulette_from: 3 }
+        Self { spp: 256, max_depth: 0, target_error: 0.0, roulette_from: 3, filter: PixelFilter::default() }
     }
 }
 

@@ -6,7 +6,7 @@ use super::PathSettings;
 use super::pixels::{Pixel, SUMS, split};
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::sampling::hash64;
+use crate::sampling::{PixelFilter, hash64};
 use crate::shading::World;
 
 /// Header attribute of the key.
@@ -15,6 +15,9 @@ pub(super) const KEY: &str = "nearfar.path_key";
 /// A hash of everything that decides the value of a sample: scene, view, seed, path length rules. Not how many samples are taken.
 pub(super) fn fingerprint(world: &World, settings: &PathSettings, seed: u64) -> String {
     let mut h = Hasher(0x6e65_6172_6661_7221);
+    if settings.filter != PixelFilter::default() {
+        let _ = write!(h, "{:?}", settings.filter);
+    }
     let g = &world.geometry;
     let _ = write!(h, "{seed} {} {} {:?} {:?}", settings.max_depth, settings.roulette_from, world.camera, g.materials);
     for v in g.positions.iter().chain(&g.normals) {

@@ -8,7 +8,7 @@ use super::PathSettings;
 use super::pixels::{Pixel, Sample};
 use crate::math::{Frame, Ray, offset_origin};
 use crate::radiometry::Rgb;
-use crate::sampling::{Rng, Sobol, Stream, pdf_cosine_hemisphere, sample_cosine_hemisphere};
+use crate::sampling::{PixelFilter, Rng, Sobol, Stream, pdf_cosine_hemisphere, sample_cosine_hemisphere};
 use crate::shading::{World, light_visible};
 
 /// Bounces with Sobol points of their own; later ones draw independent numbers.
@@ -28,6 +28,7 @@ pub(super) struct View<'a> {
     seed: u64,
     max_depth: u32,
     roulette_from: u32,
+    filter: PixelFilter,
     /// Ray direction of pixel position (x, y): corner + x · right + y · down.
     corner: Vec3,
     right: Vec3,
@@ -58,7 +59,17 @@ impl<'a> View<'a> {
         let scale = camera.pixel_angle();
         let corner = forward - right * (0.5 * camera.width as f32 * scale) + up * (0.5 * camera.height as f32 * scale);
         let max_depth = if settings.max_depth == 0 { u32::MAX } else { settings.max_depth };
-        Self { world, seed, max_depth, roulette_from: settings.roulette_from, corner, right: right * scale, down: -up * scale, forward }
+        Self {
+            world,
+            seed,
+            max_depth,
+            roulette_from: settings.roulette_from,
+            filter: settings.filter,
+            corner,
+            right: right * scale,
+            down: -up * scale,
+            forward,
+        }
     }
 
     /// Adds the pixel's next sample.
@@ -67,7 +78,7 @@ impl<'a> View<'a> {
         let element = u64::from(index) * 2 + u64::from(half);
         let sobol = Sobol::new(self.seed, Stream::Camera, element);
         let number = pixel.count >> 1;
-        let at = sobol.sample_2d(number, 0);
+        let at = self.filter.position(sobol.sample_2d(number, 0));
         let (x, y) = (index % self.world.camera.width, index / self.world.camera.width);
         let dir = (self.corner + self.right * (x as f32 + at.x) + self.down * (y as f32 + at.y)).normalize();
         let rng = Rng::new(self.seed, Stream::Camera, element, u64::from(number));

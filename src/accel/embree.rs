@@ -1,4 +1,4 @@
-//! Ray queries by Embree 4.3 or later, through `ffi/embree_shim.c`.
+//! Ray queries by Embree 4.3 or later, through [`crate::ffi::embree`].
 //!
 //! Input      [`Geometry`]: positions are copied into Embree's padded buffer, indices are shared. Output  [`EmbreeScene`].
 //! Method     one triangle mesh, build quality medium, `ROBUST`: watertight along shared edges (a ray through a vertex, exact to the last
@@ -11,24 +11,37 @@
 //! Expects    `0 ≤ t_min`; a direction of zero length or a NaN hits nothing.
 //! Cost       a slice of rays crosses the border in one call; about 100 B per triangle.
 
-#[expect(unsafe_code, reason = "the border to C: every block says why it is sound")]
-mod raw;
-
 use std::sync::Arc;
+
+use glam::Vec3;
 
 use super::RayQuery;
 use crate::error::Result;
+use crate::ffi::embree::{Device, Scene, Triangles};
 use crate::math::{Aabb, Hit, Ray};
 use crate::tessellate::Geometry;
 
 /// A committed Embree scene.
 #[derive(Debug)]
 pub struct EmbreeScene {
-    // Dropped in this order: the scene refers to the mask, and both to the geometry.
-    scene: raw::Scene,
-    _mask: Option<raw::Mask>,
-    geometry: Arc<Geometry>,
+    scene: Scene,
+    bounds: Aabb,
     version: u32,
+}
+
+impl Triangles for Geometry {
+    fn positions(&self) -> &[Vec3] {
+        &self.positions
+    }
+    fn indices(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+    fn masked(&self) -> bool {
+        self.masks().is_some()
+    }
+    fn exists(&self, triangle: u32, u: f32, v: f32) -> bool {
+        Self::exists(self, triangle, u, v)
+    }
 }
 
 impl EmbreeScene {
@@ -37,11 +50,8 @@ impl EmbreeScene {
     /// # Errors
     /// [`crate::error::Error::Accel`] when the library does not fit the headers of the build, has no filter functions, or has no memory left.
     pub fn build(geometry: &Arc<Geometry>, threads: usize) -> Result<Self> {
-        let geometry = Arc::clone(geometry);
-        let device = raw::Device::new(threads)?;
-        let mask = geometry.masks().map(|_| raw::Mask::new(&geometry));
-        let scene = raw::Scene::build(&device, &geometry, mask.as_ref())?;
-        Ok(Self { scene, _mask: mask, version: device.version(), geometry })
+        let device = Device::new(threads)?;
+        Ok(Self { scene: Scene::build(&device, geometry)?, bounds: geometry.bounds, version: device.version() })
     }
 
     /// Version of the library in use: major, minor, patch.
@@ -62,7 +72,7 @@ impl RayQuery for EmbreeScene {
         hit[0]
     }
     fn bounds(&self) -> Aabb {
-        self.geometry.bounds
+        self.bounds
     }
     fn closest_batch(&self, rays: &[Ray], hits: &mut [Option<Hit>], width: usize) {
         self.scene.closest(rays, hits, width);

@@ -1,18 +1,20 @@
-//! Embree's handles with owners, and calls through the shim: the only unsafe code of the program.
+//! Embree's handles with owners, and calls through the shim of `ffi/embree_shim.c`. What is public is safe to call.
 //!
 //! Handles, enums and calls with scalar or opaque arguments come from `embree4-sys`; everything that touches a ray or a hit goes through
 //! `ffi/embree_shim.c`, which is compiled against the installed headers. Error codes come through the shim as plain integers, because
 //! a newer library may return codes that the enum of `embree4-sys` does not have.
+//!
+//! Ownership  a [`Scene`] keeps the [`Triangles`] that Embree shares and the callback asks, and drops them after Embree's own scene.
 
 use std::ffi::{CStr, CString, c_void};
 use std::mem::MaybeUninit;
+use std::sync::Arc;
 
 use embree4_sys as sys;
 use glam::Vec3;
 
 use crate::error::{Error, Result};
 use crate::math::{Hit, Ray};
-use crate::tessellate::Geometry;
 
 /// Generated from `ffi/embree_shim.h`.
 #[allow(non_upper_case_globals, non_camel_case_types, missing_docs, missing_debug_implementations, reason = "generated from ffi/embree_shim.h")]
@@ -37,6 +39,9 @@ pub struct Device(sys::RTCDevice);
 
 impl Device {
     /// A device that builds with `threads` threads (0 = all), checked against the headers that the shim was compiled with.
+    ///
+    /// # Errors
+    /// [`Error::Accel`] when the library does not fit those headers, has no filter functions, or fails its check.
     pub fn new(threads: usize) -> Result<Self> {
         let config = CString::new(format!("threads={threads}")).map_err(|e| Error::Accel(e.to_string()))?;
         // SAFETY: `config` is a string with a terminator that lives through the call; the result is owned by `Self` or null.
@@ -118,89 +123,94 @@ fn dotted(version: u32) -> String {
     format!("{}.{}.{}", version / 10_000, version / 100 % 100, version % 100)
 }
 
-/// A committed scene of one triangle mesh. The caller keeps the geometry alive and unchanged as long as the scene.
-#[derive(Debug)]
-pub struct Scene(sys::RTCScene);
+/// A triangle mesh that Embree shares. Nothing of it changes while it lives: every call gives the same slices.
+pub trait Triangles: std::fmt::Debug + Send + Sync + 'static {
+    /// Vertices.
+    fn positions(&self) -> &[Vec3];
+    /// Three vertices a triangle.
+    fn indices(&self) -> &[[u32; 3]];
+    /// Whether some triangle is not there everywhere; only then [`Triangles::exists`] is asked.
+    fn masked(&self) -> bool;
+    /// True when the surface exists at barycentrics (u, v). Asked from inside queries, on any thread; must not panic.
+    fn exists(&self, triangle: u32, u: f32, v: f32) -> bool;
+}
 
-// SAFETY: queries on a committed scene are thread-safe by Embree's contract, and `Scene` offers nothing but queries.
+/// A committed scene of one triangle mesh.
+#[derive(Debug)]
+pub struct Scene {
+    handle: sys::RTCScene,
+    /// What Embree asks at masked hits: at an address that stays.
+    mask: Option<Box<shim::NfMask>>,
+    _triangles: Arc<dyn Triangles>,
+}
+
+// SAFETY: queries on a committed scene are thread-safe by Embree's contract, and `Scene` offers nothing but queries; the mask is a function
+// pointer and a pointer to the triangles, which are `Send` and `Sync` themselves.
 unsafe impl Send for Scene {}
 // SAFETY: as above.
 unsafe impl Sync for Scene {}
 
-/// What the mask callback is given: a stable address for Embree, owned by the Rust scene.
-#[derive(Debug)]
-pub struct Mask(Box<shim::NfMask>);
-
-// SAFETY: a function pointer and a pointer to a `Geometry` that is only read.
-unsafe impl Send for Mask {}
-// SAFETY: as above.
-unsafe impl Sync for Mask {}
-
-impl Mask {
-    /// A mask that asks `geometry`, which must outlive every query.
-    pub fn new(geometry: &Geometry) -> Self {
-        Self(Box::new(shim::NfMask { exists: Some(exists), user: std::ptr::from_ref(geometry).cast() }))
-    }
-}
-
-unsafe extern "C" fn exists(user: *const c_void, triangle: u32, u: f32, v: f32) -> u8 {
-    // SAFETY: `user` is the geometry given to `Mask::new`, alive and unchanged while the scene exists (`EmbreeScene` owns both).
-    let geometry = unsafe { &*user.cast::<Geometry>() };
-    geometry.exists(triangle, u, v).into()
+unsafe extern "C" fn exists<T: Triangles>(user: *const c_void, triangle: u32, u: f32, v: f32) -> u8 {
+    // SAFETY: `user` is the `T` that `Scene::build` stored; the scene owns it and is borrowed by the running query.
+    let triangles = unsafe { &*user.cast::<T>() };
+    triangles.exists(triangle, u, v).into()
 }
 
 impl Scene {
-    /// Builds over the triangles of `geometry`: positions are copied, indices are shared, `mask` is kept as a pointer.
-    /// All three must stay in place, unchanged, as long as the scene: `EmbreeScene` sees to that.
-    pub fn build(device: &Device, geometry: &Geometry, mask: Option<&Mask>) -> Result<Self> {
-        let (vertices, triangles) = (geometry.positions.len(), geometry.triangles.len());
+    /// Builds over the triangles: positions are copied, indices are shared.
+    ///
+    /// # Errors
+    /// [`Error::Accel`] for more triangles than Embree can number, an index out of range, or no memory left.
+    pub fn build<T: Triangles>(device: &Device, owner: &Arc<T>) -> Result<Self> {
+        let (vertices, triangles) = (owner.positions().len(), owner.indices().len());
         if triangles >= shim::NF_MISS as usize || vertices > u32::MAX as usize {
             return Err(Error::Accel(format!("{triangles} triangles with {vertices} vertices are more than Embree can number")));
         }
-        if let Some(i) = geometry.triangles.iter().flatten().find(|&&i| i as usize >= vertices) {
+        if let Some(i) = owner.indices().iter().flatten().find(|&&i| i as usize >= vertices) {
             return Err(Error::Accel(format!("vertex index {i} is out of range: there are {vertices} vertices")));
         }
-        // SAFETY: the device is live; the scene is owned by `scene` from here on.
-        let scene = Self(unsafe { sys::rtcNewScene(device.0) });
-        if scene.0.is_null() {
+        let mask = owner.masked().then(|| Box::new(shim::NfMask { exists: Some(exists::<T>), user: Arc::as_ptr(owner).cast() }));
+        // SAFETY: the device is live; the handle is owned by `scene` from here on.
+        let scene = Self { handle: unsafe { sys::rtcNewScene(device.0) }, mask, _triangles: Arc::<T>::clone(owner) };
+        if scene.handle.is_null() {
             return Err(device.error("cannot make a scene"));
         }
         // SAFETY: the scene is live and not yet committed.
         unsafe {
-            sys::rtcSetSceneFlags(scene.0, sys::RTCSceneFlags::ROBUST);
-            sys::rtcSetSceneBuildQuality(scene.0, sys::RTCBuildQuality::MEDIUM);
+            sys::rtcSetSceneFlags(scene.handle, sys::RTCSceneFlags::ROBUST);
+            sys::rtcSetSceneBuildQuality(scene.handle, sys::RTCBuildQuality::MEDIUM);
         }
         if triangles > 0 {
-            scene.attach(device, geometry, mask)?;
+            scene.attach(device, owner.positions(), owner.indices())?;
         }
         // SAFETY: the scene is live, its geometry is committed.
-        unsafe { sys::rtcCommitScene(scene.0) };
+        unsafe { sys::rtcCommitScene(scene.handle) };
         match device.pending_error("cannot build the scene") {
             Some(error) => Err(error),
             None => Ok(scene),
         }
     }
 
-    fn attach(&self, device: &Device, geometry: &Geometry, mask: Option<&Mask>) -> Result<()> {
+    fn attach(&self, device: &Device, positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<()> {
         // SAFETY: the device is live; the handle is released below, after the scene has taken its own reference.
         let mesh = unsafe { sys::rtcNewGeometry(device.0, sys::RTCGeometryType::TRIANGLE) };
-        let n = geometry.positions.len();
+        let n = positions.len();
         // SAFETY: `mesh` is live. Embree allocates `n` vertices of 12 bytes and the padding it wants; the copy stays inside. The shared
-        // indices are live, in range (checked by the caller) and unchanged as long as the scene; so is the mask.
+        // indices are in range (checked by the caller), and owned and unchanged as long as the scene; so is the mask.
         unsafe {
             let buffer = sys::rtcSetNewGeometryBuffer(mesh, sys::RTCBufferType::VERTEX, 0, sys::RTCFormat::FLOAT3, 12, n);
             if buffer.is_null() {
                 sys::rtcReleaseGeometry(mesh);
                 return Err(device.error("cannot allocate the vertices"));
             }
-            std::ptr::copy_nonoverlapping(geometry.positions.as_ptr(), buffer.cast::<Vec3>(), n);
-            let indices = geometry.triangles.as_ptr().cast::<c_void>();
-            sys::rtcSetSharedGeometryBuffer(mesh, sys::RTCBufferType::INDEX, 0, sys::RTCFormat::UINT3, indices, 0, 12, geometry.triangles.len());
-            if let Some(mask) = mask {
-                shim::nf_set_mask(mesh.cast(), &*mask.0);
+            std::ptr::copy_nonoverlapping(positions.as_ptr(), buffer.cast::<Vec3>(), n);
+            let indices = triangles.as_ptr().cast::<c_void>();
+            sys::rtcSetSharedGeometryBuffer(mesh, sys::RTCBufferType::INDEX, 0, sys::RTCFormat::UINT3, indices, 0, 12, triangles.len());
+            if let Some(mask) = &self.mask {
+                shim::nf_set_mask(mesh.cast(), &**mask);
             }
             sys::rtcCommitGeometry(mesh);
-            sys::rtcAttachGeometry(self.0, mesh);
+            sys::rtcAttachGeometry(self.handle, mesh);
             sys::rtcReleaseGeometry(mesh);
         }
         match device.pending_error("cannot make the mesh") {
@@ -215,7 +225,7 @@ impl Scene {
         let mut block = [const { MaybeUninit::<shim::NfHit>::uninit() }; BLOCK];
         for (rays, hits) in rays.chunks(BLOCK).zip(hits.chunks_mut(BLOCK)) {
             // SAFETY: the scene is committed; `Ray` has the layout of `NfRay` (asserted above); the block has room for `rays.len()` hits.
-            unsafe { shim::nf_closest(self.0.cast(), rays.as_ptr().cast(), block.as_mut_ptr().cast(), rays.len(), width as u32) };
+            unsafe { shim::nf_closest(self.handle.cast(), rays.as_ptr().cast(), block.as_mut_ptr().cast(), rays.len(), width as u32) };
             for (hit, raw) in hits.iter_mut().zip(&block) {
                 // SAFETY: the call above wrote the first `rays.len()` hits.
                 let raw = unsafe { raw.assume_init_ref() };
@@ -228,15 +238,15 @@ impl Scene {
     pub fn occluded(&self, rays: &[Ray], occluded: &mut [bool], width: usize) {
         assert_eq!(rays.len(), occluded.len());
         // SAFETY: the scene is committed; `Ray` has the layout of `NfRay`; the shim writes 0 or 1 to each of the `rays.len()` bytes.
-        unsafe { shim::nf_occluded(self.0.cast(), rays.as_ptr().cast(), occluded.as_mut_ptr().cast(), rays.len(), width as u32) };
+        unsafe { shim::nf_occluded(self.handle.cast(), rays.as_ptr().cast(), occluded.as_mut_ptr().cast(), rays.len(), width as u32) };
     }
 }
 
 impl Drop for Scene {
     fn drop(&mut self) {
-        if !self.0.is_null() {
+        if !self.handle.is_null() {
             // SAFETY: the handle is owned and no query is running: they borrow `self`.
-            unsafe { sys::rtcReleaseScene(self.0) };
+            unsafe { sys::rtcReleaseScene(self.handle) };
         }
     }
 }
@@ -261,10 +271,26 @@ mod tests {
         assert!(device.pending_error("nothing").is_none());
     }
 
+    #[derive(Debug)]
+    struct OutOfRange;
+    impl Triangles for OutOfRange {
+        fn positions(&self) -> &[Vec3] {
+            &[Vec3::ZERO; 3]
+        }
+        fn indices(&self) -> &[[u32; 3]] {
+            &[[0, 1, 3]]
+        }
+        fn masked(&self) -> bool {
+            false
+        }
+        fn exists(&self, _: u32, _: f32, _: f32) -> bool {
+            true
+        }
+    }
+
     #[test]
     fn indices_out_of_range_are_refused() {
-        let geometry = Geometry { positions: vec![Vec3::ZERO; 3], triangles: vec![[0, 1, 3]], ..Geometry::default() };
-        let error = Scene::build(&Device::new(1).unwrap(), &geometry, None).unwrap_err().to_string();
+        let error = Scene::build(&Device::new(1).unwrap(), &Arc::new(OutOfRange)).unwrap_err().to_string();
         assert!(error.contains("vertex index 3 is out of range"), "{error}");
     }
 }
