@@ -68,11 +68,16 @@ fn centre(points: &ShadingPoints, members: &[u32]) -> Centre {
 
 /// Clusters of the points listed in `chosen`.
 pub fn cluster(points: &ShadingPoints, mut chosen: Vec<u32>, radius: f32, normal_cos: f32, seed: u64) -> Clusters {
-    let mut out = Clusters { start: vec![0], ..Clusters::default() };
     if chosen.is_empty() {
-        return out;
+        return summarize(points, std::iter::empty());
     }
-    for group in split(points, &mut chosen, &Bounds { radius, normal_cos }, seed, 1) {
+    summarize(points, split(points, &mut chosen, &Bounds { radius, normal_cos }, seed, 1))
+}
+
+/// Clusters with the given members, none empty.
+pub fn summarize(points: &ShadingPoints, groups: impl IntoIterator<Item = Vec<u32>>) -> Clusters {
+    let mut out = Clusters { start: vec![0], ..Clusters::default() };
+    for group in groups {
         let c = centre(points, &group);
         out.center.push(c.p);
         out.normal.push(c.n);

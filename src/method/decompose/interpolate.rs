@@ -4,14 +4,16 @@
 //! c(x) = Σ wᵢ cᵢ / Σ wᵢ      wᵢ = (1 − d²/R²)² · max(0, N·Nᵢ)^p,   d = |x − Pᵢ| < R
 //! ```
 //! The SH is linear in its coefficients, so blending coefficients blends irradiance. A point with no cluster in reach takes its nearest
-//! clusters by d / max(N·Nᵢ, 0.1), so that nothing is ever black for want of a sample.
+//! cluster by d / max(N·Nᵢ, 0.1); where that one may not serve it ([`super::validity`]) the caller samples the point's own hemisphere, so that
+//! nothing is ever black, or lit through a wall, for want of a sample.
 //!
-//! Guarantees  continuous in x inside the reach; Not: a test that a cluster lies on the same side of a wall.
+//! Guarantees  continuous in x inside the reach, but for clusters that come into sight.
 //! Cost    a uniform grid of side R: a few tens of candidates a query.
 
 use glam::Vec3;
 
 use super::cluster::Clusters;
+use super::validity::Sight;
 use crate::sh::ShRgb;
 
 /// Clusters with their SH, indexed by position.
@@ -21,6 +23,7 @@ pub struct FarField<'a> {
     sh: &'a [ShRgb],
     radius: f32,
     normal_power: f32,
+    sight: Option<Sight<'a>>,
     origin: Vec3,
     side: f32,
     dims: [i32; 3],
@@ -39,7 +42,7 @@ impl<'a> FarField<'a> {
         let side = radius.max(extent.max_element() / MAX_SIDE_CELLS).max(f32::MIN_POSITIVE);
         let dims = extent.to_array().map(|e| (e / side) as i32 + 1);
         let origin = if bounds.is_empty() { Vec3::ZERO } else { bounds.min };
-        let mut field = Self { clusters, sh, radius, normal_power, origin, side, dims, start: Vec::new(), order: Vec::new() };
+        let mut field = Self { clusters, sh, radius, normal_power, sight: None, origin, side, dims, start: Vec::new(), order: Vec::new() };
         let slots: Vec<usize> = clusters.center.iter().map(|&p| field.slot(field.grid(p))).collect();
         let mut start = vec![0u32; (dims[0] * dims[1] * dims[2]) as usize + 1];
         for &s in &slots {
@@ -54,6 +57,16 @@ impl<'a> FarField<'a> {
         field
     }
 
+    /// With only those clusters in play that `sight` lets serve a point.
+    #[must_use]
+    pub fn with_sight(self, sight: Sight<'a>) -> Self {
+        Self { sight: Some(sight), ..self }
+    }
+
+    fn serves(&self, i: usize, p: Vec3, n: Vec3) -> bool {
+        self.sight.as_ref().is_none_or(|s| s.serves(i, p, n))
+    }
+
     fn grid(&self, p: Vec3) -> [i32; 3] {
         let g = (p - self.origin) / self.side;
         std::array::from_fn(|k| (g[k].floor() as i32).clamp(0, self.dims[k] - 1))
@@ -62,7 +75,7 @@ impl<'a> FarField<'a> {
         ((g[2] * self.dims[1] + g[1]) * self.dims[0] + g[0]) as usize
     }
 
-    /// The blended field at `p` with unit normal `n`, and the cluster of the largest weight; `None` without clusters.
+    /// The blended field at `p` with unit normal `n`, and the cluster of the largest weight; `None` where no cluster may serve it.
     pub fn at(&self, p: Vec3, n: Vec3) -> Option<(ShRgb, u32)> {
         let (low, high) = (self.grid(p - Vec3::splat(self.radius)), self.grid(p + Vec3::splat(self.radius)));
         let (mut out, mut sum, mut best) = (ShRgb::default(), 0.0, (0, 0.0));
@@ -72,7 +85,7 @@ impl<'a> FarField<'a> {
                 let range = self.start[*row.start()] as usize..self.start[*row.end() + 1] as usize;
                 for &i in &self.order[range] {
                     let w = self.weight(i as usize, p, n);
-                    if w > 0.0 {
+                    if w > 0.0 && self.serves(i as usize, p, n) {
                         out.add_scaled(&self.sh[i as usize], w);
                         sum += w;
                         if w > best.1 {
@@ -105,7 +118,7 @@ impl<'a> FarField<'a> {
     fn nearest(&self, p: Vec3, n: Vec3) -> Option<(ShRgb, u32)> {
         let cost = |i: usize| self.clusters.center[i].distance(p) / self.clusters.normal[i].dot(n).max(0.1);
         let best = (0..self.clusters.len()).min_by(|&a, &b| cost(a).total_cmp(&cost(b)))?;
-        Some((self.sh[best], best as u32))
+        self.serves(best, p, n).then(|| (self.sh[best], best as u32))
     }
 }
 

@@ -25,9 +25,11 @@ pub mod filter;
 pub mod interpolate;
 pub mod near;
 pub mod near_rays;
+pub mod near_sets;
 pub mod reconstruct;
 mod render;
 mod settings;
+pub mod validity;
 
 pub use render::{Prepared, prepare, render};
 pub use settings::{DecomposeSettings, Length, Lengths, NearHits, NearIntegral, NearVisibility, Overlap};
