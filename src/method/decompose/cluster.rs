@@ -26,6 +26,8 @@ pub struct Clusters {
     pub start: Vec<u32>,
     /// Indices of shading points.
     pub members: Vec<u32>,
+    /// Own alpha and reach of every cluster as multiples of the picture's; empty: 1 ([`super::alpha`]).
+    pub scale: Vec<f32>,
 }
 
 impl Clusters {
@@ -36,6 +38,10 @@ impl Clusters {
     /// True without clusters.
     pub fn is_empty(&self) -> bool {
         self.center.is_empty()
+    }
+    /// Alpha and reach of a cluster as multiples of the picture's.
+    pub fn scale_of(&self, cluster: usize) -> f32 {
+        self.scale.get(cluster).copied().unwrap_or(1.0)
     }
     /// Members of a cluster.
     pub fn members_of(&self, cluster: usize) -> &[u32] {

@@ -52,7 +52,7 @@ pub fn sample(
                 run.rays.add(RayKind::Sample, u64::from(settings.rays));
                 phase.advance(1);
                 let start = ThreadTime::now();
-                let sh = sample_cluster(world, proxy, points, clusters.members_of(c), settings, alpha, seed, c as u64);
+                let sh = sample_cluster(world, proxy, points, clusters.members_of(c), settings, alpha * clusters.scale_of(c), seed, c as u64);
                 nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
                 sh
             })

@@ -19,6 +19,7 @@
 //!             all cells. Not: visibility among near cells with `assumed` (`traced` tests it at a price), leak tests between clusters.
 //! Cost        clusters · rays + points · (near cells · tens of ns).
 
+pub mod alpha;
 pub mod cluster;
 pub mod far;
 pub mod filter;
@@ -32,7 +33,7 @@ mod settings;
 pub mod validity;
 
 pub use render::{Prepared, prepare, render};
-pub use settings::{DecomposeSettings, Length, Lengths, NearHits, NearIntegral, NearVisibility, Overlap};
+pub use settings::{AlphaMode, DecomposeSettings, Length, Lengths, NearHits, NearIntegral, NearVisibility, Overlap};
 
 /// Membership of a cell at distance `d` in the near ball: 1 up to ¾ alpha, smoothstep to 0 at alpha. The one function that the ray rule
 /// of [`far`] and the sum of [`near`] share: what one leaves out the other adds.

@@ -97,7 +97,8 @@ impl Builder<'_> {
         let mut rays = u64::from(self.rays);
         let mut entries = Vec::new();
         let slack = self.clusters.radius[c];
-        self.tree.blocks_near(center, self.alpha + self.reach, n, slack, &mut |block, ids| {
+        let (alpha, reach) = (self.alpha * self.clusters.scale_of(c), self.reach * self.clusters.scale_of(c));
+        self.tree.blocks_near(center, alpha + reach, n, slack, &mut |block, ids| {
             let mut share = [0u8; 8];
             for (s, &cell) in share.iter_mut().zip(ids) {
                 let corners = self.proxy.cells.corners[cell as usize];
@@ -105,11 +106,11 @@ impl Builder<'_> {
                 let front = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
                 let area = front.length() * 0.5;
                 let high = corners.iter().map(|&v| (v - center).dot(n)).fold(f32::NEG_INFINITY, f32::max) > -slack;
-                let facing = !self.proxy.cells.one_sided[cell as usize] || front.dot(-to) > -2.0 * area * self.reach;
-                if !high || !facing || to.length() > self.alpha + self.reach {
+                let facing = !self.proxy.cells.one_sided[cell as usize] || front.dot(-to) > -2.0 * area * reach;
+                if !high || !facing || to.length() > alpha + reach {
                     continue;
                 }
-                let form_factor = area / (std::f32::consts::PI * (to.length() - 0.5 * self.reach).max(0.0).powi(2)).max(2.0 * area);
+                let form_factor = area / (std::f32::consts::PI * (to.length() - 0.5 * reach).max(0.0).powi(2)).max(2.0 * area);
                 let seen = found.binary_search(&cell).is_ok();
                 *s = if form_factor > LARGE || (!seen && form_factor > NOTICEABLE) {
                     self.test(corners, front, cell, members, &mut rng, &mut rays)

@@ -119,11 +119,11 @@ pub fn reconstruct(
                 let out = range
                     .map(|i| {
                         let (p, n) = (points.p[i], points.ns[i]);
-                        let (sh, cluster) = match field.at(p, n) {
-                            Some((sh, cluster)) => (sh, Some(cluster)),
+                        let (sh, cluster, alpha) = match field.at(p, n) {
+                            Some(far) => (far.sh, Some(far.cluster), alpha * far.scale),
                             None => {
                                 own += u64::from(alone.rays);
-                                (sample_cluster(world, proxy, points, &[i as u32], &alone, alpha, seed, OWN | i as u64), None)
+                                (sample_cluster(world, proxy, points, &[i as u32], &alone, alpha, seed, OWN | i as u64), None, alpha)
                             }
                         };
                         if settings.near_visibility == NearVisibility::Rays {

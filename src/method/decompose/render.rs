@@ -2,6 +2,7 @@
 
 use serde_json::json;
 
+use super::alpha::adaptive;
 use super::cluster::{Clusters, cluster};
 use super::far;
 use super::interpolate::FarField;
@@ -9,7 +10,7 @@ use super::near::NearTree;
 use super::near_sets::NearSets;
 use super::reconstruct::reconstruct;
 use super::validity::{self, Sight};
-use super::{DecomposeSettings, Lengths, NearVisibility};
+use super::{AlphaMode, DecomposeSettings, Lengths, NearVisibility};
 use crate::error::Result;
 use crate::method::Rendered;
 use crate::method::locations::Locations;
@@ -52,7 +53,10 @@ pub fn prepare(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, 
         };
         let chosen: Vec<u32> = (0..points.len() as u32).filter(chosen).collect();
         run.install(|| {
-            let clusters = cluster(points, chosen, lengths.cluster_radius, settings.cluster_normal_cos, inputs.seed);
+            let clusters = match settings.alpha_mode {
+                AlphaMode::Single => cluster(points, chosen, lengths.cluster_radius, settings.cluster_normal_cos, inputs.seed),
+                AlphaMode::Adaptive => adaptive(world, points, chosen, settings, inputs.seed, run),
+            };
             if settings.sight { validity::separate(world, points, &clusters) } else { clusters }
         })
     };

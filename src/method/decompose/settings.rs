@@ -113,12 +113,27 @@ pub enum Overlap {
     Keep,
 }
 
+/// One alpha for the picture, or one for each cluster.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AlphaMode {
+    /// The same everywhere (the course).
+    #[default]
+    Single,
+    /// Twice to half as much, following the distance of what surrounds the cluster; cluster radius and reach follow.
+    Adaptive,
+}
+
 /// Settings of passes 2 and 3.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DecomposeSettings {
     /// Near/far distance.
     pub alpha: Length,
+    /// One alpha, or one a cluster.
+    pub alpha_mode: AlphaMode,
+    /// With `alpha_mode = "adaptive"`: alpha over the harmonic mean distance of what a cluster sees.
+    pub alpha_closeness: f32,
     /// Longest edge of a cell; default 0.7 alpha.
     pub near_cell: Option<Length>,
     /// Largest distance of a member from its cluster's centre; default half of alpha.
@@ -163,6 +178,8 @@ impl Default for DecomposeSettings {
     fn default() -> Self {
         Self {
             alpha: Length::PercentOfDiagonal(2.0),
+            alpha_mode: AlphaMode::default(),
+            alpha_closeness: 0.25,
             near_cell: None,
             cluster_radius: None,
             blend_radius: None,
@@ -211,6 +228,7 @@ impl DecomposeSettings {
         range("near_samples", (1..=4096).contains(&self.near_samples), "must be in 1..=4096")?;
         range("near_filter", self.near_filter <= 64, "must be in 0..=64")?;
         range("near_filter_reach", self.near_filter_reach > 0.0 && self.near_filter_reach.is_finite(), "must be positive")?;
+        range("alpha_closeness", self.alpha_closeness > 0.0 && self.alpha_closeness.is_finite(), "must be positive")?;
         range("near_tolerance", self.near_tolerance >= 0.0, "must not be negative")?;
         range("near_rays", (1..=65_536).contains(&self.near_rays), "must be in 1..=65536")?;
         range("cluster_normal_cos", (-1.0..=1.0).contains(&self.cluster_normal_cos), "must be in -1..=1")?;

@@ -68,7 +68,9 @@ pub fn separate(world: &World, points: &ShadingPoints, clusters: &Clusters) -> C
             groups
         })
         .collect();
-    summarize(points, groups.into_iter().flatten())
+    let scale =
+        if clusters.scale.is_empty() { Vec::new() } else { groups.iter().enumerate().flat_map(|(c, g)| g.iter().map(move |_| clusters.scale[c])).collect() };
+    Clusters { scale, ..summarize(points, groups.into_iter().flatten()) }
 }
 
 /// The anchors of clusters, to be seen or not.
@@ -90,7 +92,7 @@ impl<'a> Sight<'a> {
                 (points.p[i], points.ns[i])
             })
             .collect();
-        let clear = anchors.par_iter().map(|&(p, n)| ring_is_free(world, p, n, reach)).collect();
+        let clear = anchors.par_iter().enumerate().map(|(c, &(p, n))| ring_is_free(world, p, n, reach * clusters.scale_of(c))).collect();
         Self { world, anchors, clear }
     }
 
