@@ -8,6 +8,11 @@
 //! the radius. Cluster radius and blend radius keep their ratio to α_c. A point's near part takes the blend of its clusters' α_c with the
 //! weights of the SH; the near part is a difference against that same SH, so any alpha keeps the sum whole.
 //!
+//! Measured, trimmed relMSE and CPU seconds, single → adaptive (κ 0.12; 0.25): Cornell 0.00038 in 2.6 s → 0.00045 in 2.6; 0.00047 in 2.2.
+//! nested-slats 0.00416 in 3.5 → 0.00414 in 3.7; 0.00418 in 3.5. veach_ajar 0.00451 in 1.95 → 0.00345 in 2.2; 0.00408 in 2.0. foliage 0.00256 in 3.0
+//! → 0.00252 in 3.3; 0.00252 in 3.2. It pays where rooms are large and their detail is small, and loses in a box: `single` is the default.
+//! Alpha alone, with clusters as they are, changes little: 1, 2, 4 and 8 % of the diagonal agree within 9 % on four scenes.
+//!
 //! Input   points and a choice of them. Output  [`Clusters`] with `scale` = α_c / α. Source  `[Ward88]` (harmonic mean distance).
 //! Guarantees  bounds of size and normal hold at each cluster's own scale; deterministic. Cost  [`PROBES`] rays a cluster and level.
 //! Knob    κ = `alpha_closeness` 0.25.

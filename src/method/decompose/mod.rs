@@ -13,10 +13,12 @@
 //! |---|---|---|
 //! | 1 | [`crate::record`] | camera → `CameraSamples`, `ShadingPoints` |
 //! | 2 | [`cluster`] | points → [`cluster::Clusters`]; [`far`]: clusters → SH of each |
-//! | 3 | [`interpolate`], [`near_rays`] and [`filter`], or [`near`]; [`reconstruct`] | SH, cells → irradiance at every point |
+//! | 2 | [`alpha`], [`validity`] | clusters of their own size; clusters and points on one side of a wall |
+//! | 3 | [`interpolate`], [`near_rays`] and [`filter`], or [`near`] and [`near_sets`]; [`reconstruct`] | SH, cells → irradiance at every point |
 //!
 //! Guarantees  bit-identical for any thread count; alpha = 0 is a plain SH gather; alpha = ∞ with `near_hits = "ignore"` is the sum over
-//!             all cells. Not: visibility among near cells with `assumed` (`traced` tests it at a price), leak tests between clusters.
+//!             all cells. Not: visibility among near cells with `assumed` (`traced` and
+//!             `triangles+rays` test it at a price).
 //! Cost        clusters · rays + points · (near cells · tens of ns).
 
 pub mod alpha;

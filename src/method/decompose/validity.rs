@@ -10,6 +10,9 @@
 //! The lift keeps the segment above what both stand on: on a convex surface the apex of the two tangent planes is at most half as high as the
 //! one point lies below the plane of the other. What stands lower than a tenth of the distance hides little of the hemisphere and is passed over.
 //!
+//! Measured (trimmed relMSE without → with; about 5 % more CPU seconds): Cornell 0.00039 → 0.00038, nested-slats 0.00415 → 0.00416, interior
+//! 0.00465 → 0.00463, veach_ajar 0.0041 → 0.0045: fewer clusters share the noise beside its bright gap. It is the default for what it keeps out.
+//!
 //! Input   clusters, points. Output  [`separate`]: clusters whose members all see the anchor; [`Sight`]: the test for other points.
 //! A cluster whose anchor sees a ring of [`RING`] rays of the reach's length, a tenth above its tangent plane, go free has no wall to fear and
 //! serves without the test.
@@ -92,7 +95,11 @@ impl<'a> Sight<'a> {
                 (points.p[i], points.ns[i])
             })
             .collect();
-        let clear = anchors.par_iter().enumerate().map(|(c, &(p, n))| ring_is_free(world, p, n, reach * clusters.scale_of(c))).collect();
+        let clear = anchors
+            .par_iter()
+            .enumerate()
+            .map(|(c, &(p, n))| ring_is_free(world, p, n, reach * clusters.scale_of(c) + p.distance(clusters.center[c])))
+            .collect();
         Self { world, anchors, clear }
     }
 
