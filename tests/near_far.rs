@@ -150,7 +150,7 @@ fn samples_do_not_leak_through_a_wall_or_a_board() {
         mesh.materials.truncate(mesh.triangles.len());
         mesh
     };
-    // Two rooms without a ceiling, seen from above; between them a wall of 1 cm.
+    // Two rooms without a ceiling, seen from above; between them a wall of 1 cm, whose inside is neither bright nor dark.
     let mut rooms = Mesh::default();
     cuboid(&mut rooms, Vec3::ZERO, Vec3::ONE, 0, true);
     cuboid(&mut rooms, Vec3::new(1.01, 0.0, 0.0), Vec3::new(2.01, 1.0, 1.0), 0, true);
@@ -161,7 +161,7 @@ fn samples_do_not_leak_through_a_wall_or_a_board() {
         materials: vec![grey(0.7)],
         ..Scene::default()
     };
-    let found = leaks(&scene(rooms, Vec3::new(1.005, 3.0, 0.5), Vec3::new(1.005, 0.0, 0.5), 36.0), |p| p.x < 1.005, |p| p.x > 1.005);
+    let found = leaks(&scene(rooms, Vec3::new(1.005, 3.0, 0.5), Vec3::new(1.005, 0.0, 0.5), 36.0), |p| p.x < 1.005, |p| p.x > 1.01);
     eprintln!("wall: {found:?}");
     // The plain blend does leak: the test can fail.
     assert!(found[0] > 20 && found[1] == 0 && found[2] > 500, "wall: {found:?}");
@@ -171,7 +171,7 @@ fn samples_do_not_leak_through_a_wall_or_a_board() {
     cuboid(&mut shelf, Vec3::ZERO, Vec3::new(1.0, 0.04, 0.5), 0, true);
     cuboid(&mut shelf, Vec3::new(0.0, 0.05, 0.0), Vec3::new(1.0, 0.4, 0.5), 0, true);
     let shelf = without(shelf, 2, 0.5);
-    let found = leaks(&scene(shelf, Vec3::new(0.5, 0.09, 1.2), Vec3::new(0.5, 0.04, 0.25), 24.0), |p| p.y > 0.045, |p| p.y < 0.045);
+    let found = leaks(&scene(shelf, Vec3::new(0.5, 0.09, 1.2), Vec3::new(0.5, 0.04, 0.25), 24.0), |p| p.y > 0.045, |p| p.y < 0.04);
     eprintln!("board: {found:?}");
     assert!(found[0] > 20 && found[1] == 0 && found[2] > 100, "board: {found:?}");
 }
