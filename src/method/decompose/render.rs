@@ -94,7 +94,7 @@ pub fn render(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, r
         run.install(|| NearTree::new(proxy))
     });
     let field = FarField::new(&prepared.clusters, &prepared.sh, prepared.lengths.blend_radius, settings.blend_normal_power);
-    let field = if settings.sight { field.with_sight(Sight::new(world, &samples.points, &prepared.clusters, prepared.lengths.blend_radius)) } else { field };
+    let field = if settings.sight { field.with_sight(Sight::new(world, &samples.points, &prepared.clusters)) } else { field };
     let sets = tree.as_ref().filter(|_| settings.near_visibility == NearVisibility::TrianglesRays).map(|tree| {
         let _phase = run.phase("sets", 1);
         let Lengths { alpha, blend_radius, .. } = prepared.lengths;

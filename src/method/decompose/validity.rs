@@ -14,24 +14,20 @@
 //! 0.00465 → 0.00463, veach_ajar 0.0041 → 0.0045: fewer clusters share the noise beside its bright gap. It is the default for what it keeps out.
 //!
 //! Input   clusters, points. Output  [`separate`]: clusters whose members all see the anchor; [`Sight`]: the test for other points.
-//! A cluster whose anchor sees a ring of [`RING`] rays of the reach's length, a tenth above its tangent plane, go free has no wall to fear and
-//! serves without the test.
-//!
-//! Guarantees  no sample is blended through a surface that rises more than a tenth of the distance and is wider than 0.4 of the reach;
+//! Guarantees  no sample is blended through a surface that rises more than a tenth of the distance;
 //! deterministic. Not: continuity where a cluster comes into sight.
-//! Cost  one occlusion ray a recorded point, [`RING`] short ones a cluster, one a point and cluster with a wall in reach.
+//! Cost  one occlusion ray a recorded point, and one a point and cluster in reach.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::cluster::{Clusters, summarize};
-use crate::math::{Frame, Ray};
+use crate::math::Ray;
 use crate::record::ShadingPoints;
 use crate::shading::World;
 
 const LIFT: f32 = 0.1;
 const CONVEX: f32 = 0.75;
-const RING: u32 = 16;
 
 /// True when nothing stands between two surface points, each with the unit normal of its side.
 pub fn free(world: &World, a: (Vec3, Vec3), b: (Vec3, Vec3)) -> bool {
@@ -81,13 +77,11 @@ pub fn separate(world: &World, points: &ShadingPoints, clusters: &Clusters) -> C
 pub struct Sight<'a> {
     world: &'a World,
     anchors: Vec<(Vec3, Vec3)>,
-    /// No wall within reach of the anchor.
-    clear: Vec<bool>,
 }
 
 impl<'a> Sight<'a> {
-    /// For the given clusters of these points, which serve up to `reach` (scene units) from their centre.
-    pub fn new(world: &'a World, points: &ShadingPoints, clusters: &Clusters, reach: f32) -> Self {
+    /// For the given clusters of these points.
+    pub fn new(world: &'a World, points: &ShadingPoints, clusters: &Clusters) -> Self {
         let anchors: Vec<(Vec3, Vec3)> = (0..clusters.len())
             .into_par_iter()
             .map(|c| {
@@ -95,25 +89,11 @@ impl<'a> Sight<'a> {
                 (points.p[i], points.ns[i])
             })
             .collect();
-        let clear = anchors
-            .par_iter()
-            .enumerate()
-            .map(|(c, &(p, n))| ring_is_free(world, p, n, reach * clusters.scale_of(c) + p.distance(clusters.center[c])))
-            .collect();
-        Self { world, anchors, clear }
+        Self { world, anchors }
     }
 
     /// Whether a cluster may serve the point `p` with unit normal `n`.
     pub fn serves(&self, cluster: usize, p: Vec3, n: Vec3) -> bool {
-        self.clear[cluster] || free(self.world, (p, n), self.anchors[cluster])
+        free(self.world, (p, n), self.anchors[cluster])
     }
-}
-
-fn ring_is_free(world: &World, p: Vec3, n: Vec3, reach: f32) -> bool {
-    let frame = Frame::from_normal(n);
-    (0..RING).all(|i| {
-        let (s, c) = (std::f32::consts::TAU * i as f32 / RING as f32).sin_cos();
-        let dir = frame.world_from_local(Vec3::new(c, s, LIFT));
-        !world.rays.occluded(&Ray { t_max: reach, ..Ray::new(p, dir) })
-    })
 }
