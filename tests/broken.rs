@@ -160,7 +160,10 @@ fn broken_scene_files() {
             "[[mesh]]\nfile = \"$NEARFAR_NOT_SET/a.obj\"\n".into(),
             "s.toml:1: environment variable NEARFAR_NOT_SET in \"$NEARFAR_NOT_SET/a.obj\" is not set; set it, or write ${NEARFAR_NOT_SET:-default}",
         ),
-        ("[[mesh]]\nbuiltin = \"castle\"\n".into(), "s.toml:1: there is no builtin \"castle\"; there are: atrium, fur, interior, slats, subdivision"),
+        (
+            "[[mesh]]\nbuiltin = \"castle\"\n".into(),
+            "s.toml:1: there is no builtin \"castle\"; there are: atrium, foliage, fur, hairball, interior, slats, subdivision",
+        ),
         ("[[mesh]]\nbuiltin = \"interior\"\nparameters = { detial = 2 }\n".into(), "s.toml:1: parameters: unknown field `detial`, expected `detail`"),
         ("[[mesh]]\nbuiltin = \"interior\"\nparameters = { detail = 1000 }\n".into(), "s.toml:1: detail is 1000 but must lie from 0.25 to 8"),
         ("[[mesh]]\nfile = \"a.obj\"\nscale = 0\n".into(), "s.toml:1: the transform is not invertible; scale may not be 0 and all numbers must be finite"),

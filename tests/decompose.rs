@@ -73,7 +73,7 @@ fn alpha_zero_is_a_plain_gather() {
     let (sh, _) = sample(&w, proxy, points, &clusters, &settings, 7, &run).unwrap();
     let field = FarField::new(&clusters, &sh, 0.3, 4.0);
     let tree = NearTree::new(proxy);
-    let found = reconstruct(&w, proxy, points, &field, Some(&tree), &settings, 7, &run).unwrap();
+    let found = reconstruct(&w, proxy, points, &field, Some(&tree), None, &settings, 7, &run).unwrap();
 
     let apart: Vec<[f64; 9]> = (0..clusters.len())
         .map(|c| {
@@ -130,7 +130,7 @@ fn alpha_infinity_is_the_sum_over_all_cells() {
     for i in (0..samples.points.len()).step_by(53) {
         let (p, n) = (samples.points.p[i], samples.points.ns[i]);
         let sh = sample_cluster(&w, proxy, &samples.points, &[i as u32], &settings, f32::INFINITY, 0, i as u64);
-        let (found, _) = point(&w, Some(&tree), &sh, p, n, &settings, f32::INFINITY, &mut rng);
+        let (found, _) = point(&w, Some(&tree), None, &sh, p, n, &settings, f32::INFINITY, &mut rng);
         let mut expected = Rgb::ZERO;
         for c in 0..cells.len() as u32 {
             let v = cells.corners[c as usize].map(|q| q - p);

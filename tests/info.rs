@@ -51,6 +51,18 @@ fn nested_slats() {
     assert!(info.warnings.is_empty(), "{:?}", info.warnings);
 }
 
+/// Triangles, parts and closed parts are those that the scenes' READMEs name.
+#[test]
+fn hairball_and_foliage() {
+    let figures = |name: &str| {
+        let info = info(name);
+        (info.triangles, info.parts, info.closed_parts)
+    };
+    // 500 hairs of 3 · 2 · 39 sides and two fans of 3; the box; the lamp.
+    assert_eq!(figures("hairball"), (500 * (6 * 39 + 6) + 92 + 2, 502, 501));
+    assert_eq!(figures("foliage"), (12_300, 6009, 9));
+}
+
 #[test]
 fn alpha_is_the_default_of_the_decomposition() {
     for name in ["cornell-box", "nested-slats"] {

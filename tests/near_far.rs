@@ -1,15 +1,19 @@
 //! Scenes a furnace is blind to: black occluders, hidden plates, a sheet lit on one side, a thin wall.
 
 use glam::Vec3;
-use nearfar::method::decompose::far::sample_cluster;
+use nearfar::method::decompose::cluster::cluster;
+use nearfar::method::decompose::far::{sample, sample_cluster};
+use nearfar::method::decompose::interpolate::FarField;
 use nearfar::method::decompose::near::NearTree;
-use nearfar::method::decompose::reconstruct::point;
-use nearfar::method::decompose::{DecomposeSettings, Length, NearVisibility, render};
+use nearfar::method::decompose::reconstruct::{point, reconstruct};
+use nearfar::method::decompose::validity::{Sight, separate};
+use nearfar::method::decompose::{DecomposeSettings, Length, NearVisibility, prepare, render};
+use nearfar::method::gather::gather;
 use nearfar::method::stage::Inputs;
 use nearfar::photon::CellRadiosity;
 use nearfar::photon::Proxy;
 use nearfar::radiometry::Rgb;
-use nearfar::record::{RecordSettings, ShadingPoints};
+use nearfar::record::{RecordSettings, ShadingPoints, camera_samples};
 use nearfar::run::Run;
 use nearfar::sampling::{Rng, Stream};
 use nearfar::scene::{Camera, Light, Mesh, Scene};
@@ -50,7 +54,7 @@ fn irradiance_under_plates(heights: &[f32], near_visibility: NearVisibility) -> 
     let alpha = 10.0;
     let sh = sample_cluster(&w, proxy, &points, &[0, 1], &settings, alpha, 0, 0);
     let tree = NearTree::new(proxy);
-    let (found, _) = point(&w, Some(&tree), &sh, Vec3::ZERO, Vec3::Y, &settings, alpha, &mut Rng::new(0, Stream::Near, 0, 0));
+    let (found, _) = point(&w, Some(&tree), None, &sh, Vec3::ZERO, Vec3::Y, &settings, alpha, &mut Rng::new(0, Stream::Near, 0, 0));
     (found.total.x / std::f32::consts::PI, factors)
 }
 
@@ -112,6 +116,67 @@ fn a_sheet_lit_on_one_side_does_not_shine_through() {
     assert!(mean(&film, "", |_| true) < 25.0, "the assumed-visible sum does see a lit sheet behind a sheet; it must stay bounded");
 }
 
+/// Points of a picture that `dark` names and that receive light, with and without the test of sight; nothing there sees a surface that
+/// `bright` lets glow.
+fn leaks(scene: &Scene, bright: impl Fn(Vec3) -> bool, dark: impl Fn(Vec3) -> bool) -> [usize; 3] {
+    let w = world(scene, *backends().last().unwrap());
+    let run = Run::new(2).unwrap();
+    let cells = Cells::new(&w.geometry, 0.05).unwrap();
+    let glow: Vec<Rgb> = cells.centroids.iter().map(|&p| if bright(p) { Rgb::ONE } else { Rgb::ZERO }).collect();
+    let radiosity = CellRadiosity { front: glow.clone(), back: glow, ..CellRadiosity::default() };
+    let proxy = Proxy { cells: &cells, radiosity: &radiosity };
+    let record = RecordSettings { spp: 1, ..RecordSettings::default() };
+    let points = camera_samples(&w, &record, &Default::default(), 0, &run).unwrap().points;
+    // Without the filter, which averages over the picture and is not what is judged: it carries traces past the wall's edge (18 points of 609).
+    let settings = DecomposeSettings { alpha: Length::Units(0.2), rays: 256, near_filter: 0, ..DecomposeSettings::default() };
+    let lengths = settings.lengths(w.diagonal);
+    let plain = cluster(&points, (0..points.len() as u32).collect(), lengths.cluster_radius, settings.cluster_normal_cos, 0);
+    let count = |sight: bool| {
+        let clusters = if sight { separate(&w, &points, &plain) } else { plain.clone() };
+        let (sh, _) = sample(&w, proxy, &points, &clusters, &settings, 0, &run).unwrap();
+        let field = FarField::new(&clusters, &sh, lengths.blend_radius, settings.blend_normal_power);
+        let field = if sight { field.with_sight(Sight::new(&w, &points, &clusters)) } else { field };
+        let found = reconstruct(&w, proxy, &points, &field, None, None, &settings, 0, &run).unwrap();
+        found.iter().zip(&points.p).filter(|(f, p)| dark(**p) && f.total.x > 1e-3).count()
+    };
+    [count(false), count(true), points.p.iter().filter(|p| dark(**p)).count()]
+}
+
+#[test]
+fn samples_do_not_leak_through_a_wall_or_a_board() {
+    // Every room has walls of its own, so that no cell belongs to two of them.
+    let without = |mut mesh: Mesh, axis: usize, at: f32| {
+        let positions = mesh.positions.clone();
+        mesh.triangles.retain(|t| !t.iter().all(|&i| positions[i as usize][axis] == at));
+        mesh.materials.truncate(mesh.triangles.len());
+        mesh
+    };
+    // Two rooms without a ceiling, seen from above; between them a wall of 1 cm, whose inside is neither bright nor dark.
+    let mut rooms = Mesh::default();
+    cuboid(&mut rooms, Vec3::ZERO, Vec3::ONE, 0, true);
+    cuboid(&mut rooms, Vec3::new(1.01, 0.0, 0.0), Vec3::new(2.01, 1.0, 1.0), 0, true);
+    let rooms = without(rooms, 1, 1.0);
+    let scene = |mesh: Mesh, eye: Vec3, target: Vec3, vfov_deg: f32| Scene {
+        camera: Camera { eye, target, up: Vec3::new(0.0, 0.1, 1.0), vfov_deg, width: 40, height: 40 },
+        meshes: vec![Mesh { sides: nearfar::scene::Sides::Two, ..mesh }],
+        materials: vec![grey(0.7)],
+        ..Scene::default()
+    };
+    let found = leaks(&scene(rooms, Vec3::new(1.005, 3.0, 0.5), Vec3::new(1.005, 0.0, 0.5), 36.0), |p| p.x < 1.005, |p| p.x > 1.01);
+    eprintln!("wall: {found:?}");
+    // The plain blend does leak: the test can fail.
+    assert!(found[0] > 20 && found[1] == 0 && found[2] > 500, "wall: {found:?}");
+
+    // A shelf, open in front: a board of 1 cm, 4 cm above a dark floor.
+    let mut shelf = Mesh::default();
+    cuboid(&mut shelf, Vec3::ZERO, Vec3::new(1.0, 0.04, 0.5), 0, true);
+    cuboid(&mut shelf, Vec3::new(0.0, 0.05, 0.0), Vec3::new(1.0, 0.4, 0.5), 0, true);
+    let shelf = without(shelf, 2, 0.5);
+    let found = leaks(&scene(shelf, Vec3::new(0.5, 0.09, 1.2), Vec3::new(0.5, 0.04, 0.25), 24.0), |p| p.y > 0.045, |p| p.y < 0.04);
+    eprintln!("board: {found:?}");
+    assert!(found[0] > 20 && found[1] == 0 && found[2] > 100, "board: {found:?}");
+}
+
 /// A lit room and a dark one behind a wall of 1 cm, much thinner than alpha.
 #[test]
 fn a_thin_wall_keeps_the_dark_room_dark_when_visibility_is_traced() {
@@ -130,5 +195,36 @@ fn a_thin_wall_keeps_the_dark_room_dark_when_visibility_is_traced() {
         let film = picture(&scene, &DecomposeSettings { alpha: Length::Units(0.15), near_visibility, ..DecomposeSettings::default() });
         let dark = mean(&film, "", |_| true);
         assert!(dark < 1.5e-2, "{near_visibility:?}: {dark}");
+    }
+}
+
+/// Where the sum over cells that are assumed visible is off by more than 5 %, the default is right on average. The truth is a gather through the
+/// same proxy, so that the near and far field alone are judged. Hairball: within 2 %. Slats: within 3 %, for 48 × 48 pixels record too few points
+/// between the slats for their far field (2.4 % too dark here, in every near mode alike; against path tracing at 96 × 96 2.7 %, and
+/// 2.1 % with every pixel recorded, 5 bands and 2048 rays).
+#[test]
+fn surfaces_that_hide_each_other() {
+    for (name, bound) in [("nested-slats", 0.03), ("hairball", 0.02)] {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}/{name}.toml"));
+        let set = [("camera.width".to_owned(), "48".to_owned()), ("camera.height".to_owned(), "48".to_owned())];
+        let w = world(&nearfar::load::load(&file, &set).unwrap().scene, *backends().last().unwrap());
+        let run = Run::new(2).unwrap();
+        let default = DecomposeSettings::default();
+        let (photon, record, direct) = (Default::default(), RecordSettings { spp: 1, ..RecordSettings::default() }, Default::default());
+        let inputs = Inputs { near_cell: default.lengths(w.diagonal).near_cell, photon: &photon, record: &record, direct: &direct, seed: 0 };
+        let stage = prepare(&w, &default, inputs, &run).unwrap().stage;
+        let truth = gather(&w, stage.proxy(), &stage.samples.points, 1024, 1, &run).unwrap();
+        let truth = stage.samples.reflect(&truth);
+        let indirect =
+            |near_visibility| render(&w, &DecomposeSettings { near_visibility, ..default.clone() }, inputs, &run).unwrap().film.rgb("indirect").unwrap();
+        let (assumed, found) = (indirect(NearVisibility::Assumed), indirect(default.near_visibility));
+        let off: Vec<usize> = (0..truth.len()).filter(|&i| (assumed[i] - truth[i]).element_sum().abs() > 0.05 * truth[i].element_sum()).collect();
+        let bias = |image: &[Rgb]| {
+            let sum = |v: &[Rgb]| off.iter().map(|&i| f64::from(v[i].element_sum())).sum::<f64>();
+            sum(image) / sum(&truth) - 1.0
+        };
+        let (assumed, found) = (bias(&assumed), bias(&found));
+        eprintln!("{name}: {} of {} pixels off, bias {assumed:+.4} assumed, {found:+.4} default", off.len(), truth.len());
+        assert!(off.len() > 100 && found.abs() < bound, "{name}: {} pixels, {found}", off.len());
     }
 }

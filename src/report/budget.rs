@@ -101,7 +101,7 @@ impl Lattice<'_> {
         let power = self.settings.blend_normal_power;
         let field = FarField::new(&prepared.clusters, &prepared.sh, radius, power);
         let clustered = |near| -> Result<Vec<Rgb>> {
-            let found = reconstruct(self.world, self.proxy, &self.samples.points, &field, Some(&tree), &with(near), self.seed, self.run)?;
+            let found = reconstruct(self.world, self.proxy, &self.samples.points, &field, Some(&tree), None, &with(near), self.seed, self.run)?;
             Ok(found.iter().map(|f| f.total).collect())
         };
         let rendered = clustered(self.settings.near_visibility)?;
@@ -111,7 +111,7 @@ impl Lattice<'_> {
         rows.push(self.row("own SH, no near sum", &self.samples, &self.own(&tree, 0.0, &off)?));
         let (whole, _) = sample(self.world, self.proxy, &prepared.stage.samples.points, &prepared.clusters, &plain(self.settings), self.seed, self.run)?;
         let whole_field = FarField::new(&prepared.clusters, &whole, radius, power);
-        let found = reconstruct(self.world, self.proxy, &self.samples.points, &whole_field, Some(&tree), &off, self.seed, self.run)?;
+        let found = reconstruct(self.world, self.proxy, &self.samples.points, &whole_field, Some(&tree), None, &off, self.seed, self.run)?;
         rows.push(self.row("SH interpolated, no near sum", &self.samples, &found.iter().map(|f| f.total).collect::<Vec<_>>()));
         for (own, shared, near) in [
             ("own SH + near assumed", "SH interpolated + near assumed", NearVisibility::Assumed),
@@ -155,7 +155,7 @@ impl Lattice<'_> {
         self.each("own SH", u64::from(self.gather_rays), |i, points| {
             let sh: ShRgb = sample_cluster(self.world, self.proxy, points, &[i as u32], &rich, alpha, self.seed, i as u64);
             let mut rng = Rng::new(self.seed, Stream::Near, i as u64, 1);
-            point(self.world, Some(tree), &sh, points.p[i], points.ns[i], settings, alpha, &mut rng).0.total
+            point(self.world, Some(tree), None, &sh, points.p[i], points.ns[i], settings, alpha, &mut rng).0.total
         })
     }
 }

@@ -26,6 +26,8 @@ pub struct Clusters {
     pub start: Vec<u32>,
     /// Indices of shading points.
     pub members: Vec<u32>,
+    /// Own alpha and reach of every cluster as multiples of the picture's; empty: 1 ([`super::alpha`]).
+    pub scale: Vec<f32>,
 }
 
 impl Clusters {
@@ -36,6 +38,10 @@ impl Clusters {
     /// True without clusters.
     pub fn is_empty(&self) -> bool {
         self.center.is_empty()
+    }
+    /// Alpha and reach of a cluster as multiples of the picture's.
+    pub fn scale_of(&self, cluster: usize) -> f32 {
+        self.scale.get(cluster).copied().unwrap_or(1.0)
     }
     /// Members of a cluster.
     pub fn members_of(&self, cluster: usize) -> &[u32] {
@@ -68,11 +74,16 @@ fn centre(points: &ShadingPoints, members: &[u32]) -> Centre {
 
 /// Clusters of the points listed in `chosen`.
 pub fn cluster(points: &ShadingPoints, mut chosen: Vec<u32>, radius: f32, normal_cos: f32, seed: u64) -> Clusters {
-    let mut out = Clusters { start: vec![0], ..Clusters::default() };
     if chosen.is_empty() {
-        return out;
+        return summarize(points, std::iter::empty());
     }
-    for group in split(points, &mut chosen, &Bounds { radius, normal_cos }, seed, 1) {
+    summarize(points, split(points, &mut chosen, &Bounds { radius, normal_cos }, seed, 1))
+}
+
+/// Clusters with the given members, none empty.
+pub fn summarize(points: &ShadingPoints, groups: impl IntoIterator<Item = Vec<u32>>) -> Clusters {
+    let mut out = Clusters { start: vec![0], ..Clusters::default() };
+    for group in groups {
         let c = centre(points, &group);
         out.center.push(c.p);
         out.normal.push(c.n);

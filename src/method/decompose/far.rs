@@ -18,6 +18,7 @@ use rayon::prelude::*;
 
 use super::cluster::Clusters;
 use super::pool::{FarHit, Pool};
+use super::validity::Sight;
 use super::{DecomposeSettings, NearHits, membership};
 use crate::error::Result;
 use crate::math::{Frame, Ray};
@@ -54,13 +55,14 @@ pub fn sample(
         let mut hits = Vec::new();
         if !run.cancelled() {
             run.rays.add(RayKind::Sample, u64::from(settings.rays));
-            timed(&mut || hits = shoot(world, proxy, points, clusters.members_of(c), settings, lengths.alpha, seed, c as u64));
+            timed(&mut || hits = shoot(world, proxy, points, clusters.members_of(c), settings, lengths.alpha * clusters.scale_of(c), seed, c as u64));
         }
         hits
     };
     let hits: Vec<Vec<FarHit>> = run.install(|| (0..clusters.len()).into_par_iter().with_min_len(8).map(each).collect());
     run.check()?;
-    let pool = Pool::new(clusters, &hits, settings, lengths);
+    let sight = settings.sight.then(|| run.install(|| Sight::new(world, points, clusters)));
+    let pool = Pool::new(clusters, &hits, sight.as_ref(), settings, lengths);
     let each = |c: usize| {
         let mut sh = ShRgb::default();
         if !run.cancelled() {

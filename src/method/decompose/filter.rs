@@ -2,11 +2,14 @@
 //!
 //! ```text
 //! near_i = Σ_j w_ij near_j / Σ_j w_ij,   w_ij = exp(−|p_i − p_j|² / 2 r_i²) · max(0, n_i·n_j)^16 · (1 − h_ij / r_i)₊
-//! r_i = near_filter_reach / c_i,   c_i = window mean of Σ_hits m / d, per ray          h_ij: distance of p_j from the plane of i
+//! r_i = near_filter_reach / c_i,   c_i = window mean of Σ_hits m / max(d, pixel), per ray          h_ij: distance of p_j from the plane of i
 //! ```
 //! Irradiance from a surface at distance d changes over lengths of about d, so a point may average over a fraction of the harmonic mean
 //! distance of what is near it: contact shadows stay, where nothing is close the window decides. c is itself a mean over the window, for
 //! sixteen rays are too few to know it. Only the near part is filtered; the far part has no noise of a single point.
+//!
+//! Nothing counts as closer than a pixel: one hit at no distance in a window kept all of it unfiltered (dark specks along the door frame and under the
+//! picture of veach_ajar).
 //!
 //! Input   points in pixel order, their near part and closeness. Output  the filtered near part.
 //! Guarantees  deterministic; a constant near part stays; normals and planes keep sides of an edge apart. Cost  window · tens of ns a point.

@@ -13,25 +13,30 @@
 //! |---|---|---|
 //! | 1 | [`crate::record`] | camera → `CameraSamples`, `ShadingPoints` |
 //! | 2 | [`cluster`] | points → [`cluster::Clusters`]; [`far`]: clusters → SH of each |
-//! | 3 | [`interpolate`], [`near_rays`] and [`filter`], or [`near`]; [`reconstruct`] | SH, cells → irradiance at every point |
+//! | 2 | [`alpha`], [`validity`] | clusters of their own size; clusters and points on one side of a wall |
+//! | 3 | [`interpolate`], [`near_rays`] and [`filter`], or [`near`] and [`near_sets`]; [`reconstruct`] | SH, cells → irradiance at every point |
 //!
 //! Guarantees  bit-identical for any thread count; alpha = 0 is a plain SH gather; alpha = ∞ with `near_hits = "ignore"` is the sum over
-//!             all cells. Not: visibility among near cells with `assumed` (`traced` tests it at a price), leak tests between clusters.
+//!             all cells. Not: visibility among near cells with `assumed` (`traced` and
+//!             `triangles+rays` test it at a price).
 //! Cost        clusters · rays + points · (near cells · tens of ns).
 
+pub mod alpha;
 pub mod cluster;
 pub mod far;
 pub mod filter;
 pub mod interpolate;
 pub mod near;
 pub mod near_rays;
+pub mod near_sets;
 pub mod pool;
 pub mod reconstruct;
 mod render;
 mod settings;
+pub mod validity;
 
 pub use render::{Prepared, prepare, render};
-pub use settings::{DecomposeSettings, Length, Lengths, NearHits, NearIntegral, NearVisibility, Overlap};
+pub use settings::{AlphaMode, DecomposeSettings, Length, Lengths, NearHits, NearIntegral, NearVisibility, Overlap};
 
 /// Membership of a cell at distance `d` in the near ball: 1 up to ¾ alpha, smoothstep to 0 at alpha. The one function that the ray rule
 /// of [`far`] and the sum of [`near`] share: what one leaves out the other adds.

@@ -18,6 +18,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use wide::f32x8;
 
+use super::near_sets::{SetEntry, TESTS};
 use crate::math::{Aabb, Ray};
 use crate::photon::Proxy;
 use crate::radiometry::Rgb;
@@ -35,6 +36,8 @@ struct Block {
     /// Radiosity over π of the front and the back.
     front: [F; 3],
     back: [F; 3],
+    /// Cell of each lane; lanes past the last cell repeat it.
+    ids: [u32; 8],
     /// Lane mask: the back does not exist.
     one_sided: F,
     /// Fraction of the cell that exists (masks); 0 in lanes without a cell (the last block may be short).
@@ -74,6 +77,16 @@ pub struct NearSum {
     pub rays: u32,
 }
 
+impl NearSum {
+    fn close(&mut self, moments: &[F; MOMENTS], sent: [F; 3]) {
+        for (total, lanes) in self.moments.iter_mut().zip(moments) {
+            *total = lanes.reduce_add();
+        }
+        self.sent = Rgb::from_array(sent.map(f32x8::reduce_add));
+        self.form_factor = self.moments[0] * std::f32::consts::FRAC_1_PI;
+    }
+}
+
 /// How near cells are summed at one point.
 #[derive(Debug)]
 pub struct NearQuery<'a> {
@@ -81,6 +94,8 @@ pub struct NearQuery<'a> {
     pub alpha: f32,
     /// Tests the visibility of every cell's centroid when set.
     pub trace: Option<&'a World>,
+    /// With sets: a cell seen in part is tested where it changes this field's irradiance by more than the tolerance (W/m², mean of channels).
+    pub flagged: Option<(&'a ShRgb, f32)>,
     /// Monte Carlo integral of this field instead of the moments, with points per cell.
     pub monte_carlo: Option<(&'a ShRgb, u32)>,
 }
@@ -88,7 +103,7 @@ pub struct NearQuery<'a> {
 impl NearQuery<'_> {
     /// The plain query: visible, closed form.
     pub fn assumed(alpha: f32) -> Self {
-        Self { alpha, trace: None, monte_carlo: None }
+        Self { alpha, trace: None, flagged: None, monte_carlo: None }
     }
 }
 
@@ -160,6 +175,38 @@ impl NearTree {
         self.nodes[at].bounds
     }
 
+    /// Visits the blocks that come within `radius` of `x` and reach higher than `slack` below its plane, with the cells of their lanes.
+    pub fn blocks_near(&self, x: Vec3, radius: f32, n: Vec3, slack: f32, visit: &mut dyn FnMut(u32, &[u32])) {
+        let mut stack = if self.nodes.is_empty() { vec![] } else { vec![0u32] };
+        while let Some(index) = stack.pop() {
+            let node = &self.nodes[index as usize];
+            let outside = (node.bounds.min - x).max(x - node.bounds.max).max(Vec3::ZERO);
+            let highest = Vec3::select(n.cmpge(Vec3::ZERO), node.bounds.max, node.bounds.min) - x;
+            if outside.length_squared() >= radius * radius || highest.dot(n) <= -slack {
+                continue;
+            }
+            if node.link & LEAF == 0 {
+                stack.extend([node.link, index + 1]);
+            } else {
+                let block = &self.blocks[(node.link & !LEAF) as usize];
+                let lanes = block.coverage.simd_gt(F::ZERO).to_bitmask().trailing_ones() as usize;
+                visit(node.link & !LEAF, &block.ids[..lanes]);
+            }
+        }
+    }
+
+    /// Sum over the given blocks alone, each lane by its share.
+    pub fn sum_set(&self, x: Vec3, n: Vec3, entries: &[SetEntry], query: &NearQuery<'_>, rng: &mut Rng) -> NearSum {
+        let mut out = NearSum::default();
+        let mut moments = [F::ZERO; MOMENTS];
+        let mut sent = [F::ZERO; 3];
+        for entry in entries {
+            self.add_block(&self.blocks[entry.block as usize], x, n, query, Some(entry), rng, &mut moments, &mut sent, &mut out);
+        }
+        out.close(&moments, sent);
+        out
+    }
+
     /// Sum over the near cells of `x` with unit normal `n`; `rng` feeds the Monte Carlo integral.
     pub fn sum(&self, x: Vec3, n: Vec3, query: &NearQuery<'_>, rng: &mut Rng) -> NearSum {
         let mut out = NearSum::default();
@@ -185,14 +232,10 @@ impl NearTree {
                 stack[depth + 1] = index + 1;
                 depth += 2;
             } else {
-                self.add_block(&self.blocks[(node.link & !LEAF) as usize], x, n, query, rng, &mut moments, &mut sent, &mut out);
+                self.add_block(&self.blocks[(node.link & !LEAF) as usize], x, n, query, None, rng, &mut moments, &mut sent, &mut out);
             }
         }
-        for (total, lanes) in out.moments.iter_mut().zip(&moments) {
-            *total = lanes.reduce_add();
-        }
-        out.sent = Rgb::from_array(sent.map(f32x8::reduce_add));
-        out.form_factor = out.moments[0] * std::f32::consts::FRAC_1_PI;
+        out.close(&moments, sent);
         out
     }
 
@@ -202,6 +245,7 @@ impl NearTree {
         x: Vec3,
         n: Vec3,
         query: &NearQuery<'_>,
+        set: Option<&SetEntry>,
         rng: &mut Rng,
         moments: &mut [F; MOMENTS],
         sent: &mut [F; 3],
@@ -225,12 +269,15 @@ impl NearTree {
         let det = dot(normal, v[0]);
         let back = det.simd_gt(F::ZERO);
         let apart = det.abs().simd_gt(tolerance * dot(normal, normal).sqrt());
-        let m = m * block.coverage;
+        let mut m = m * block.coverage;
+        if let Some(set) = set {
+            m *= F::from(set.share.map(|s| f32::from(s) / f32::from(TESTS)));
+        }
         let mut active = m.simd_gt(F::ZERO) & reaches & apart & !(back & block.one_sided);
         if !active.any() {
             return;
         }
-        if let Some(world) = query.trace {
+        if let Some(world) = query.trace.filter(|_| set.is_none()) {
             active &= self.visible(world, block, active, x, out);
             if !active.any() {
                 return;
@@ -241,8 +288,11 @@ impl NearTree {
         for (a, b) in second.iter_mut().zip(third) {
             (*a, *b) = (back.bitselect(*a, *b), back.bitselect(*b, *a));
         }
-        let weight = active & m;
+        let mut weight = active & m;
         let found = moments8(&v, n);
+        if let (Some(world), Some(set), Some((field, tolerance))) = (query.trace, set, query.flagged) {
+            weight *= settle(world, block, set, weight * found[0], back, x, field, tolerance, rng, out);
+        }
         for (sum, moment) in moments.iter_mut().zip(found) {
             *sum = weight.mul_add(moment, *sum);
         }
@@ -275,6 +325,29 @@ impl NearTree {
     pub fn bytes(&self) -> usize {
         self.nodes.len() * size_of::<Node>() + self.blocks.len() * size_of::<Block>()
     }
+}
+
+/// Factor of each lane: 1, or where a cell seen in part matters, 0 or the inverse of its share by a ray to a random place on it.
+fn settle(world: &World, block: &Block, set: &SetEntry, weighted_g: F, back: F, x: Vec3, field: &ShRgb, tolerance: f32, rng: &mut Rng, out: &mut NearSum) -> F {
+    let g = weighted_g.to_array();
+    let back = back.to_bitmask();
+    let lane = |k: [F; 3], i: usize| Vec3::from_array(k.map(|c| c.to_array()[i]));
+    F::from(std::array::from_fn::<f32, 8, _>(|i| {
+        let share = set.share[i];
+        if share == 0 || share == TESTS || g[i] <= 0.0 {
+            return 1.0;
+        }
+        let w = (lane(block.centroid, i) - x).normalize_or(Vec3::Y);
+        let sent = Rgb::from(lane(if back >> i & 1 == 1 { block.back } else { block.front }, i).to_array());
+        if ((sent - field.radiance(w)) * g[i]).abs().element_sum() <= 3.0 * tolerance {
+            return 1.0;
+        }
+        out.rays += 1;
+        let [a, b, c] = block.corners.map(|k| lane(k, i));
+        let uv = sample_triangle(rng.next_2d());
+        let to = a + (b - a) * uv.x + (c - a) * uv.y - x;
+        if world.rays.occluded(&Ray { t_max: 1.0 - 1e-3, ..Ray::new(x, to) }) { 0.0 } else { f32::from(TESTS) / f32::from(share) }
+    }))
 }
 
 /// Σ over lanes of (m G) · mean of the field over random points of the cell, weighted by their share of G.
@@ -316,6 +389,7 @@ fn block(proxy: Proxy<'_>, ids: &[u32]) -> Block {
     let mask = |f: &dyn Fn(usize) -> bool| F::from(std::array::from_fn::<f32, 8, _>(|lane| f32::from_bits(if f(lane) { u32::MAX } else { 0 })));
     let side = |s| std::array::from_fn(|k| lanes(&|c| proxy.radiosity.get(c, s)[k] * std::f32::consts::FRAC_1_PI));
     Block {
+        ids: std::array::from_fn(id),
         corners: std::array::from_fn(|v| std::array::from_fn(|k| lanes(&|c| proxy.cells.corners[c as usize][v][k]))),
         centroid: std::array::from_fn(|k| lanes(&|c| proxy.cells.centroids[c as usize][k])),
         front: side(crate::tessellate::Side::Front),
@@ -447,7 +521,7 @@ mod tests {
         for c in field.0.iter_mut().take(9) {
             *c = Rgb::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
         }
-        let query = NearQuery { alpha: 1.2, trace: None, monte_carlo: Some((&field, 400)) };
+        let query = NearQuery { alpha: 1.2, trace: None, flagged: None, monte_carlo: Some((&field, 400)) };
         let sum = tree.sum(Vec3::ZERO, Vec3::Z, &query, &mut rng);
         let exact = Quadratic::new(&field, Vec3::Z).integral(&sum.moments);
         assert!((sum.covered - exact).abs().max_element() < 2e-3 * exact.max_element(), "{} {exact}", sum.covered);

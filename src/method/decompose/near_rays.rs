@@ -19,7 +19,8 @@ use crate::shading::World;
 use glam::Vec3;
 
 /// What near surfaces add to the far field's irradiance at `p` with unit geometric and shading normals `ng`, `ns` (may be negative), and
-/// the number of rays that hit something near.
+/// the number of rays that hit something near. Nothing counts as closer than `footprint`, the side of a pixel (scene units): one hit at
+/// almost no distance would keep the filter from averaging a whole window.
 pub fn near_by_rays(
     world: &World,
     proxy: Proxy<'_>,
@@ -27,6 +28,7 @@ pub fn near_by_rays(
     p: Vec3,
     ng: Vec3,
     ns: Vec3,
+    footprint: f32,
     settings: &DecomposeSettings,
     alpha: f32,
     seed: u64,
@@ -47,7 +49,7 @@ pub fn near_by_rays(
         let m = membership(proxy.cells.centroids[cell as usize].distance(p), alpha);
         if m > 0.0 {
             sum += (incident.radiance - sh.radiance(wi)) * m;
-            closeness += m / incident.t;
+            closeness += m / incident.t.max(footprint);
             hits += 1;
         }
     }

@@ -15,6 +15,7 @@
 use glam::Vec3;
 
 use super::cluster::Clusters;
+use super::validity::Sight;
 use super::{DecomposeSettings, Lengths, membership};
 use crate::photon::KdTree;
 use crate::radiometry::Rgb;
@@ -45,15 +46,16 @@ pub struct FarHit {
 pub struct Pool<'a> {
     clusters: &'a Clusters,
     hits: &'a [Vec<FarHit>],
+    sight: Option<&'a Sight<'a>>,
     settings: &'a DecomposeSettings,
     lengths: Lengths,
     tree: KdTree,
 }
 
 impl<'a> Pool<'a> {
-    /// `hits` by cluster.
-    pub fn new(clusters: &'a Clusters, hits: &'a [Vec<FarHit>], settings: &'a DecomposeSettings, lengths: Lengths) -> Self {
-        Self { clusters, hits, settings, lengths, tree: KdTree::new(clusters.center.iter().copied()) }
+    /// `hits` by cluster; with `sight` only clusters that see each other share.
+    pub fn new(clusters: &'a Clusters, hits: &'a [Vec<FarHit>], sight: Option<&'a Sight<'a>>, settings: &'a DecomposeSettings, lengths: Lengths) -> Self {
+        Self { clusters, hits, sight, settings, lengths, tree: KdTree::new(clusters.center.iter().copied()) }
     }
 
     /// SH of one cluster.
@@ -68,16 +70,15 @@ impl<'a> Pool<'a> {
                 let i = i as usize;
                 let near = (1.0 - offset.length_squared() / (reach * reach)).max(0.0);
                 let weight = near * self.clusters.normal[i].dot(n).max(0.0).powf(self.settings.blend_normal_power);
-                if i != cluster && weight > 0.01 {
-                    self.add(&mut fit, c, weight, &self.hits[i]);
+                if i != cluster && weight > 0.01 && self.sight.is_none_or(|s| s.between(cluster, i)) {
+                    self.add(&mut fit, c, weight, self.lengths.alpha * self.clusters.scale_of(cluster), &self.hits[i]);
                 }
             });
         }
         fit.solve(self.settings.ridge)
     }
 
-    fn add(&self, fit: &mut Fit, c: Vec3, weight: f32, hits: &[FarHit]) {
-        let alpha = self.lengths.alpha;
+    fn add(&self, fit: &mut Fit, c: Vec3, weight: f32, alpha: f32, hits: &[FarHit]) {
         for hit in hits {
             if hit.t == f32::INFINITY {
                 fit.add(hit.wi, hit.radiance, weight);
@@ -120,7 +121,7 @@ mod tests {
 
     fn clusters(centers: &[Vec3]) -> Clusters {
         let n = centers.len();
-        Clusters { center: centers.to_vec(), normal: vec![Vec3::Z; n], radius: vec![0.1; n], start: vec![0; n + 1], members: vec![] }
+        Clusters { center: centers.to_vec(), normal: vec![Vec3::Z; n], radius: vec![0.1; n], start: vec![0; n + 1], ..Clusters::default() }
     }
 
     #[test]
@@ -129,7 +130,7 @@ mod tests {
         let lengths = Lengths { alpha: 0.1, ..settings.lengths(1.0) };
         let (here, there) = (Vec3::ZERO, Vec3::new(0.4, 0.0, 0.0));
         let clusters = clusters(&[here, there]);
-        let fitted = |own: Vec<FarHit>, other: Vec<FarHit>| Pool::new(&clusters, &[own, other], &settings, lengths).fit(0).irradiance(Vec3::Z).x;
+        let fitted = |own: Vec<FarHit>, other: Vec<FarHit>| Pool::new(&clusters, &[own, other], None, &settings, lengths).fit(0).irradiance(Vec3::Z).x;
         let truth = std::f32::consts::FRAC_PI_2;
         let pooled = fitted(Vec::new(), under_a_ceiling(there));
         let unmoved = fitted(under_a_ceiling(there), Vec::new());
@@ -143,13 +144,13 @@ mod tests {
         let mut settings = DecomposeSettings { pool_radius: Some(super::super::Length::Units(0.0)), ..DecomposeSettings::default() };
         let clusters = clusters(&[Vec3::ZERO, Vec3::new(0.4, 0.0, 0.0)]);
         let mut hits = [under_a_ceiling(clusters.center[0]), under_a_ceiling(clusters.center[1])];
-        let alone = Pool::new(&clusters, &hits, &settings, settings.lengths(1.0)).fit(0);
+        let alone = Pool::new(&clusters, &hits, None, &settings, settings.lengths(1.0)).fit(0);
         hits[1].clear();
-        assert_eq!(Pool::new(&clusters, &hits, &settings, settings.lengths(1.0)).fit(0), alone);
+        assert_eq!(Pool::new(&clusters, &hits, None, &settings, settings.lengths(1.0)).fit(0), alone);
         settings.pool_radius = Some(super::super::Length::Units(1.0));
         hits[1] = under_a_ceiling(clusters.center[1]);
         hits.iter_mut().flatten().for_each(|h| h.radiance = Rgb::new(1.0, 2.0, 3.0));
-        let constant = Pool::new(&clusters, &hits, &settings, settings.lengths(1.0)).fit(0);
+        let constant = Pool::new(&clusters, &hits, None, &settings, settings.lengths(1.0)).fit(0);
         assert!((constant.irradiance(Vec3::Z) / std::f32::consts::PI - Rgb::new(1.0, 2.0, 3.0)).length() < 1e-4);
     }
 }

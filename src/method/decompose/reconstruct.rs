@@ -6,10 +6,12 @@
 
 use rayon::prelude::*;
 
+use super::far::sample_cluster;
 use super::filter::{NearPart, filter};
 use super::interpolate::FarField;
 use super::near::{NearQuery, NearTree};
 use super::near_rays::near_by_rays;
+use super::near_sets::{NearSets, SetEntry};
 use super::{DecomposeSettings, NearIntegral, NearVisibility, Overlap};
 use crate::error::Result;
 use crate::photon::Proxy;
@@ -27,18 +29,20 @@ pub struct PointIrradiance {
     pub total: Rgb,
     /// Far part alone, as interpolated.
     pub far: Rgb,
-    /// Cluster of the largest weight.
-    pub cluster: u32,
+    /// Cluster of the largest weight; none where the point sampled its own hemisphere.
+    pub cluster: Option<u32>,
     /// Near cells that took part.
     pub near_cells: u32,
     /// Closeness of what is near, 1/length (short rays only).
     pub closeness: f32,
 }
 
-/// Irradiance at `p` with unit normal `n` for a given far field and the near sum over `tree`; the far field alone without one.
+/// Irradiance at `p` with unit normal `n` for a given far field and the near sum over `tree`, or over `set` of its blocks; the far field
+/// alone without one.
 pub fn point(
     world: &World,
     tree: Option<&NearTree>,
+    set: Option<&[SetEntry]>,
     sh: &ShRgb,
     p: glam::Vec3,
     n: glam::Vec3,
@@ -52,17 +56,21 @@ pub fn point(
     };
     let query = NearQuery {
         alpha,
-        trace: (settings.near_visibility == NearVisibility::Traced).then_some(world),
+        trace: matches!(settings.near_visibility, NearVisibility::Traced | NearVisibility::TrianglesRays).then_some(world),
+        flagged: set.is_some().then(|| (sh, settings.near_tolerance * far.element_sum() / 3.0)),
         monte_carlo: (settings.near_integral == NearIntegral::MonteCarlo).then_some((sh, settings.near_samples)),
     };
-    let near = tree.sum(p, n, &query, rng);
+    let near = match set {
+        Some(set) => tree.sum_set(p, n, set, &query, rng),
+        None => tree.sum(p, n, &query, rng),
+    };
     let covered = match settings.near_integral {
         NearIntegral::Exact => Quadratic::new(sh, n).integral(&near.moments),
         NearIntegral::MonteCarlo => near.covered,
     };
     let scale = if settings.overlap == Overlap::Scale { overlap_scale(far, covered, near.form_factor) } else { 1.0 };
     let total = (far + (near.sent - covered) * scale).max(Rgb::ZERO);
-    (PointIrradiance { total, far, cluster: 0, near_cells: near.cells, closeness: 0.0 }, u64::from(near.rays))
+    (PointIrradiance { total, far, cluster: None, near_cells: near.cells, closeness: 0.0 }, u64::from(near.rays))
 }
 
 /// The largest k ≤ 1 for which the near cells cover neither more than the hemisphere nor, in any channel, more than the far field holds.
@@ -86,12 +94,17 @@ pub fn reconstruct(
     points: &ShadingPoints,
     field: &FarField<'_>,
     tree: Option<&NearTree>,
+    sets: Option<&NearSets>,
     settings: &DecomposeSettings,
     seed: u64,
     run: &Run,
 ) -> Result<Vec<PointIrradiance>> {
     const BLOCK: usize = 256;
+    /// Keys the random numbers of points that sample for themselves apart from those of clusters.
+    const OWN: u64 = 1 << 40;
     let alpha = settings.lengths(world.diagonal).alpha;
+    // Points that no cluster may serve are few: a quarter of a cluster's rays.
+    let alone = DecomposeSettings { rays: settings.rays.div_ceil(4), ..settings.clone() };
     let phase = run.phase("reconstruct", points.len() as u64);
     let blocks: Vec<Vec<PointIrradiance>> = run.install(|| {
         (0..points.len().div_ceil(BLOCK))
@@ -102,24 +115,31 @@ pub fn reconstruct(
                     return Vec::new();
                 }
                 phase.advance(range.len() as u64);
-                let mut rays = 0;
+                let (mut rays, mut own) = (0, 0);
                 let out = range
                     .map(|i| {
                         let (p, n) = (points.p[i], points.ns[i]);
-                        let Some((sh, cluster)) = field.at(p, n) else { return PointIrradiance::default() };
+                        let (sh, cluster, alpha) = match field.at(p, n) {
+                            Some(far) => (far.sh, Some(far.cluster), alpha * far.scale),
+                            None => {
+                                own += u64::from(alone.rays);
+                                (sample_cluster(world, proxy, points, &[i as u32], &alone, alpha, seed, OWN | i as u64), None, alpha)
+                            }
+                        };
                         if settings.near_visibility == NearVisibility::Rays {
                             rays += u64::from(settings.near_rays);
                             let far = sh.irradiance(n);
-                            let (near, near_cells) = near_by_rays(world, proxy, &sh, p, points.ng[i], n, settings, alpha, seed, i as u64);
+                            let (near, near_cells) = near_by_rays(world, proxy, &sh, p, points.ng[i], n, points.footprint[i], settings, alpha, seed, i as u64);
                             return PointIrradiance { total: far + near.irradiance, far, cluster, near_cells, closeness: near.closeness };
                         }
                         let mut rng = Rng::new(seed, Stream::Near, i as u64, 0);
-                        let (found, shot) = point(world, tree, &sh, p, n, settings, alpha, &mut rng);
+                        let (found, shot) = point(world, tree, sets.zip(cluster).map(|(s, c)| s.of(c)), &sh, p, n, settings, alpha, &mut rng);
                         rays += shot;
                         PointIrradiance { cluster, ..found }
                     })
                     .collect();
                 run.rays.add(RayKind::Visibility, rays);
+                run.rays.add(RayKind::Sample, own);
                 out
             })
             .collect()

@@ -2,12 +2,15 @@
 
 use serde_json::json;
 
+use super::alpha::adaptive;
 use super::cluster::{Clusters, cluster};
 use super::far;
 use super::interpolate::FarField;
 use super::near::NearTree;
+use super::near_sets::NearSets;
 use super::reconstruct::reconstruct;
-use super::{DecomposeSettings, Lengths};
+use super::validity::{self, Sight};
+use super::{AlphaMode, DecomposeSettings, Lengths, NearVisibility};
 use crate::error::Result;
 use crate::method::Rendered;
 use crate::method::locations::Locations;
@@ -49,7 +52,13 @@ pub fn prepare(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, 
             (pixel % stage.samples.width) % stride == 0 && (pixel / stage.samples.width) % stride == 0
         };
         let chosen: Vec<u32> = (0..points.len() as u32).filter(chosen).collect();
-        run.install(|| cluster(points, chosen, lengths.cluster_radius, settings.cluster_normal_cos, inputs.seed))
+        run.install(|| {
+            let clusters = match settings.alpha_mode {
+                AlphaMode::Single => cluster(points, chosen, lengths.cluster_radius, settings.cluster_normal_cos, inputs.seed),
+                AlphaMode::Adaptive => adaptive(world, points, chosen, settings, inputs.seed, run),
+            };
+            if settings.sight { validity::separate(world, points, &clusters) } else { clusters }
+        })
     };
     let (sh, sample_seconds) = far::sample(world, stage.proxy(), points, &clusters, settings, inputs.seed, run)?;
     Ok(Prepared { lengths, stage, clusters, sh, sample_seconds })
@@ -85,7 +94,13 @@ pub fn render(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, r
         run.install(|| NearTree::new(proxy))
     });
     let field = FarField::new(&prepared.clusters, &prepared.sh, prepared.lengths.blend_radius, settings.blend_normal_power);
-    let found = reconstruct(world, proxy, &samples.points, &field, tree.as_ref(), settings, inputs.seed, run)?;
+    let field = if settings.sight { field.with_sight(Sight::new(world, &samples.points, &prepared.clusters)) } else { field };
+    let sets = tree.as_ref().filter(|_| settings.near_visibility == NearVisibility::TrianglesRays).map(|tree| {
+        let _phase = run.phase("sets", 1);
+        let Lengths { alpha, blend_radius, .. } = prepared.lengths;
+        run.install(|| NearSets::new(world, proxy, tree, &samples.points, &prepared.clusters, settings, alpha, blend_radius, inputs.seed, run))
+    });
+    let found = reconstruct(world, proxy, &samples.points, &field, tree.as_ref(), sets.as_ref(), settings, inputs.seed, run)?;
 
     let irradiance: Vec<Rgb> = found.iter().map(|f| f.total).collect();
     let far: Vec<Rgb> = found.iter().map(|f| f.far).collect();
@@ -95,7 +110,7 @@ pub fn render(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, r
     film.set_rgb("near", &samples.reflect(&near));
     let mut id = vec![-1.0f32; (samples.width * samples.height) as usize];
     for (f, &pixel) in found.iter().zip(&samples.points.pixel).rev() {
-        id[pixel as usize] = f.cluster as f32;
+        id[pixel as usize] = f.cluster.map_or(-1.0, |c| c as f32);
     }
     film.set("cluster.id", id);
     let locations = locations(&prepared);
@@ -108,6 +123,7 @@ pub fn render(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, r
         ("clusters", json!(prepared.clusters.len())),
         ("rays_per_cluster", json!(settings.rays)),
         ("microseconds_per_cluster", json!(prepared.sample_seconds * 1e6 / prepared.clusters.len().max(1) as f64)),
+        ("own_samples", json!(found.iter().filter(|f| f.cluster.is_none()).count())),
         ("near_triangles_mean", json!(near_cells as f64 / samples.points.len().max(1) as f64)),
     ] {
         stats.insert(key.into(), value);

@@ -95,6 +95,9 @@ pub enum NearVisibility {
     /// No sum over cells: `near_rays` cosine-distributed rays of length alpha find what is near and seen, as a difference against the SH.
     #[default]
     Rays,
+    /// The sum over cells, with the share of each that its cluster sees; rays where a cell seen in part matters.
+    #[serde(rename = "triangles+rays")]
+    TrianglesRays,
     /// No near sum at all: the far field alone.
     Off,
 }
@@ -110,12 +113,27 @@ pub enum Overlap {
     Keep,
 }
 
+/// One alpha for the picture, or one for each cluster.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AlphaMode {
+    /// The same everywhere (the course).
+    #[default]
+    Single,
+    /// Twice to half as much, following the distance of what surrounds the cluster; cluster radius and reach follow.
+    Adaptive,
+}
+
 /// Settings of passes 2 and 3.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DecomposeSettings {
     /// Near/far distance.
     pub alpha: Length,
+    /// One alpha, or one a cluster.
+    pub alpha_mode: AlphaMode,
+    /// With `alpha_mode = "adaptive"`: alpha over the harmonic mean distance of what a cluster sees.
+    pub alpha_closeness: f32,
     /// Longest edge of a cell; default 0.7 alpha.
     pub near_cell: Option<Length>,
     /// Largest distance of a member from its cluster's centre; default a quarter of alpha.
@@ -128,6 +146,8 @@ pub struct DecomposeSettings {
     pub cluster_normal_cos: f32,
     /// Power of the cosine between normals in the interpolation weight.
     pub blend_normal_power: f32,
+    /// Whether a cluster must be seen by the points it serves.
+    pub sight: bool,
     /// Every how many pixels (in x and y) a pixel's points take part in clustering.
     pub record_stride: u32,
     /// Rays per cluster.
@@ -146,6 +166,8 @@ pub struct DecomposeSettings {
     pub near_visibility: NearVisibility,
     /// Rays per shading point with `near_visibility = "rays"`.
     pub near_rays: u32,
+    /// With `near_visibility = "triangles+rays"`: share of the far irradiance below which a cell seen in part is not tested.
+    pub near_tolerance: f32,
     /// Window radius of the filter over their noise, pixels; 0: off.
     pub near_filter: u32,
     /// Reach of the filter as a fraction of the mean distance to what is near.
@@ -158,12 +180,15 @@ impl Default for DecomposeSettings {
     fn default() -> Self {
         Self {
             alpha: Length::PercentOfDiagonal(2.0),
+            alpha_mode: AlphaMode::default(),
+            alpha_closeness: 0.25,
             near_cell: None,
             cluster_radius: None,
             blend_radius: None,
             pool_radius: None,
             cluster_normal_cos: 0.7,
             blend_normal_power: 4.0,
+            sight: true,
             record_stride: 2,
             rays: 384,
             sh_bands: 3,
@@ -173,6 +198,7 @@ impl Default for DecomposeSettings {
             near_samples: 4,
             near_visibility: NearVisibility::default(),
             near_rays: 16,
+            near_tolerance: 0.01,
             near_filter: 4,
             near_filter_reach: 0.12,
             overlap: Overlap::default(),
@@ -207,6 +233,8 @@ impl DecomposeSettings {
         range("near_samples", (1..=4096).contains(&self.near_samples), "must be in 1..=4096")?;
         range("near_filter", self.near_filter <= 64, "must be in 0..=64")?;
         range("near_filter_reach", self.near_filter_reach > 0.0 && self.near_filter_reach.is_finite(), "must be positive")?;
+        range("alpha_closeness", self.alpha_closeness > 0.0 && self.alpha_closeness.is_finite(), "must be positive")?;
+        range("near_tolerance", self.near_tolerance >= 0.0, "must not be negative")?;
         range("near_rays", (1..=65_536).contains(&self.near_rays), "must be in 1..=65536")?;
         range("cluster_normal_cos", (-1.0..=1.0).contains(&self.cluster_normal_cos), "must be in -1..=1")?;
         range("blend_normal_power", self.blend_normal_power >= 0.0, "must not be negative")?;
@@ -225,7 +253,7 @@ impl DecomposeSettings {
 
     /// Whether pass 3 sums over cells, and so needs the tree of them.
     pub fn sums_cells(&self) -> bool {
-        matches!(self.near_visibility, NearVisibility::Assumed | NearVisibility::Traced)
+        matches!(self.near_visibility, NearVisibility::Assumed | NearVisibility::Traced | NearVisibility::TrianglesRays)
     }
 
     /// The lengths in a scene of the given diagonal. Where alpha is 0 or infinite the others fall back to multiples of 1/50 of the diagonal.
