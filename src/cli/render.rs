@@ -18,6 +18,7 @@ use crate::method::stage::Inputs;
 use crate::method::{Method, Rendered, cache, decompose, direct, gather, path, photon_map};
 use crate::report::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::run::Run;
+use crate::scene::{Fingerprint, Scene};
 use crate::shading::World;
 
 /// Options of `nearfar render`.
@@ -103,7 +104,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     let rendered = match args.method {
         Method::Path => path::render(&world, &config.path, config.seed, &job.run)?,
         Method::Decomposition => decompose::render(&world, &config.decompose, inputs, &job.run)?,
-        Method::IrradianceCache => with_cache(args, &world, &config.cache, inputs, &job.run)?,
+        Method::IrradianceCache => with_cache(args, &job.scene, &world, &config.cache, inputs, &job.run)?,
         Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
         Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, config.record.spp, config.seed, &job.run)?,
         Method::Direct => direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?,
@@ -134,9 +135,9 @@ fn check_samples(args: &RenderArgs) -> Result<()> {
     [&args.save_cache, &args.locations, &args.locations_png].into_iter().flatten().try_for_each(|path| check_writable(path))
 }
 
-fn with_cache(args: &RenderArgs, world: &World, settings: &CacheSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+fn with_cache(args: &RenderArgs, scene: &Scene, world: &World, settings: &CacheSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
     // The key reads the whole scene: made only where there is a file to compare it with.
-    let key = || store::Key::new(world, &inputs, settings);
+    let key = || store::key(Fingerprint::new(scene), &inputs, settings);
     let earlier = args.load_cache.as_deref().map(|path| store::load(path, &key())).transpose()?;
     let (rendered, cache) = cache::render(world, settings, inputs, earlier, run)?;
     if let Some(path) = &args.save_cache {

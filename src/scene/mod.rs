@@ -4,12 +4,14 @@
 
 pub mod builtin;
 mod camera;
+mod fingerprint;
 mod light;
 mod material;
 mod mesh;
 mod texture;
 
 pub use camera::Camera;
+pub use fingerprint::Fingerprint;
 pub use light::Light;
 pub use material::{Material, TextureId};
 pub use mesh::{Mesh, Sides};
