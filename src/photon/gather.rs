@@ -25,6 +25,7 @@ use crate::math::{Frame, Ray};
 use crate::radiometry::{Rgb, luminance};
 use crate::run::{Phase, RayKind, Run};
 use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere};
+use crate::scene::Camera;
 use crate::shading::World;
 use crate::tessellate::Cells;
 
@@ -60,7 +61,7 @@ pub(super) struct Links {
     first: Vec<u32>,
     /// 2 · cell + side, [`SKY`] or [`NOTHING`].
     hits: Vec<u32>,
-    /// Sides that any ray reached, by 2 · cell + side.
+    /// Sides gathered now or before, by 2 · cell + side.
     pub reached: Vec<bool>,
 }
 
@@ -108,10 +109,14 @@ impl Shooter<'_> {
         Some(Landing { side: 2 * self.cells.find(hit.triangle, hit.u, hit.v) + u32::from(back), triangle: hit.triangle, u: hit.u, v: hit.v })
     }
 
-    /// What a lattice of pixels sees and what lies around there.
-    fn round_zero(&self) -> Vec<Landing> {
-        let camera = &self.world.camera;
-        let step = ((camera.width as f32 * camera.height as f32 / LATTICE_PIXELS).sqrt().ceil() as u32).max(1);
+    /// What lattices of pixels see and what lies around there; many views share √views times the pixels of one.
+    fn round_zero(&self, views: &[Camera]) -> Vec<Landing> {
+        let pixels = LATTICE_PIXELS / (views.len() as f32).sqrt();
+        views.iter().enumerate().flat_map(|(i, view)| self.look(view, pixels, (i as u64) << 41)).collect()
+    }
+
+    fn look(&self, camera: &Camera, pixels: f32, key: u64) -> Vec<Landing> {
+        let step = ((camera.width as f32 * camera.height as f32 / pixels).sqrt().ceil() as u32).max(1);
         let rows = camera.height.div_ceil(step);
         let row = |j: u32| {
             let mut out = Vec::new();
@@ -122,7 +127,7 @@ impl Shooter<'_> {
                 rays += 1;
                 let Some(seen) = self.land(&Ray::new(camera.eye, camera.direction(pixel))) else { continue };
                 out.push(seen);
-                let sobol = Sobol::new(self.seed, Stream::Link, (1 << 40) | u64::from(y * camera.width + x));
+                let sobol = Sobol::new(self.seed, Stream::Link, key | (1 << 40) | u64::from(y * camera.width + x));
                 rays += u64::from(LATTICE_RAYS);
                 self.shoot(&[seen], LATTICE_RAYS, &sobol, |_, landing| out.extend(landing));
             }
@@ -135,7 +140,7 @@ impl Shooter<'_> {
 }
 
 impl Links {
-    /// Shoots all rays (phase `gather`). `live` tells by 2 · cell + side what reflects and can be seen.
+    /// Shoots all rays (phase `gather`) that `views` ask for, but from sides `reached` before. `live` tells by 2 · cell + side what reflects and can be seen.
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
@@ -143,14 +148,16 @@ impl Links {
         world: &World,
         cells: &Cells,
         settings: &PhotonSettings,
+        views: &[Camera],
+        reached: Vec<bool>,
         live: &(dyn Fn(u32) -> bool + Sync),
         seed: u64,
         run: &Run,
         phase: &Phase<'_>,
     ) -> Result<Self> {
         let shooter = Shooter { world, cells, live, seed, run };
-        let mut links = Self { first: vec![0], reached: vec![false; 2 * cells.len()], ..Self::default() };
-        let mut landings = shooter.round_zero();
+        let mut links = Self { first: vec![0], reached, ..Self::default() };
+        let mut landings = shooter.round_zero(views);
         for round in 1..=settings.gather_rounds {
             run.check()?;
             landings = links.round(&shooter, landings, settings.gather_rays.div_ceil(if round == 1 { 1 } else { 2 }), round < settings.gather_rounds, phase)?;
@@ -197,6 +204,11 @@ impl Links {
             next.extend(landings);
         }
         Ok(next)
+    }
+
+    /// Gathered sides as 2 · cell + side.
+    pub fn sides(&self) -> &[u32] {
+        &self.sides
     }
 
     /// Number of gathered sides.
