@@ -14,6 +14,7 @@ use super::{check_writable, statistics};
 use crate::error::{Error, Result};
 use crate::film::{self, Film, Precision};
 use crate::method::cache::{CacheSettings, store};
+use crate::method::decompose::DecomposeSettings;
 use crate::method::stage::Inputs;
 use crate::method::{Method, Rendered, cache, decompose, direct, gather, path, photon_map};
 use crate::report::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
@@ -34,10 +35,11 @@ pub(super) struct RenderArgs {
     /// Near/far distance: a length, or a share of the scene's diagonal such as "2%".
     #[arg(long, value_name = "LENGTH")]
     alpha: Option<String>,
-    /// Irradiance cache: start from the records of this file; what it does not cover is measured.
+    /// Start from the proxy and clusters, or from the cache records, of this file, whatever camera it was made for; what it does not cover
+    /// is computed. A file of another scene, other settings or another version is refused.
     #[arg(long, value_name = "FILE.ply")]
     load_cache: Option<PathBuf>,
-    /// Irradiance cache: write its records.
+    /// Write proxy and clusters, or the irradiance cache's records, for later renders of the scene from any camera.
     #[arg(long, value_name = "FILE.ply")]
     save_cache: Option<PathBuf>,
     /// Write where indirect light was sampled, as PLY points.
@@ -103,7 +105,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     let inputs = config.inputs(world.diagonal);
     let rendered = match args.method {
         Method::Path => path::render(&world, &config.path, config.seed, &job.run)?,
-        Method::Decomposition => decompose::render(&world, &config.decompose, inputs, &job.run)?,
+        Method::Decomposition => decomposed(args, &job.scene, &world, &config.decompose, inputs, &job.run)?,
         Method::IrradianceCache => with_cache(args, &job.scene, &world, &config.cache, inputs, &job.run)?,
         Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
         Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, config.record.spp, config.seed, &job.run)?,
@@ -116,15 +118,13 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
 /// Options that only some methods understand.
 fn check_samples(args: &RenderArgs) -> Result<()> {
     let unknown = |option: &str, methods: &str| Err(Error::Usage(format!("{option}: --method {} has none; use {methods}", name(args.method))));
-    if args.method != Method::IrradianceCache {
+    if !matches!(args.method, Method::IrradianceCache | Method::Decomposition) {
         if args.load_cache.is_some() {
-            return unknown("--load-cache", "--method irradiance-cache");
+            return unknown("--load-cache", "--method decomposition or irradiance-cache");
         }
         if args.save_cache.is_some() {
-            return unknown("--save-cache", "--method irradiance-cache");
+            return unknown("--save-cache", "--method decomposition or irradiance-cache");
         }
-    }
-    if !matches!(args.method, Method::IrradianceCache | Method::Decomposition) {
         if args.locations.is_some() {
             return unknown("--locations", "--method decomposition or irradiance-cache");
         }
@@ -144,6 +144,19 @@ fn with_cache(args: &RenderArgs, scene: &Scene, world: &World, settings: &CacheS
         store::save(path, &key(), &cache.records)?;
     }
     Ok(rendered)
+}
+
+fn decomposed(args: &RenderArgs, scene: &Scene, world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+    let key = || decompose::store::key(Fingerprint::new(scene), &inputs, settings, world.diagonal);
+    let prepared = match &args.load_cache {
+        Some(path) => decompose::resume(world, settings, inputs, decompose::store::load(path, &key(), &inputs, settings)?, run)?,
+        None => decompose::prepare(world, settings, inputs, run)?,
+    };
+    if let Some(path) = &args.save_cache {
+        let _phase = run.phase("save", 1);
+        decompose::store::save(path, &key(), &decompose::store::Known::new(&prepared), settings)?;
+    }
+    decompose::picture(world, settings, &prepared, inputs.seed, run)
 }
 
 /// Stops by which the picture under the dots is darkened.

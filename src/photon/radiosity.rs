@@ -254,7 +254,15 @@ pub struct Extended {
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
-pub fn extend(world: &World, cells: &Cells, radiosity: &mut CellRadiosity, settings: &PhotonSettings, views: &[Camera], seed: u64, run: &Run) -> Result<Extended> {
+pub fn extend(
+    world: &World,
+    cells: &Cells,
+    radiosity: &mut CellRadiosity,
+    settings: &PhotonSettings,
+    views: &[Camera],
+    seed: u64,
+    run: &Run,
+) -> Result<Extended> {
     if settings.estimate != Estimate::Gather || radiosity.gathered.len() != 2 * cells.len() {
         return Ok(Extended::default());
     }

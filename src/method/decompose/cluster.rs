@@ -37,6 +37,21 @@ impl Clusters {
     pub fn is_empty(&self) -> bool {
         self.center.is_empty()
     }
+    /// Adds clusters made from other points: those that were there keep their places and lose their members, whose points are gone.
+    pub fn append(&mut self, new: Self) {
+        self.forget_members();
+        self.start.pop();
+        self.start.extend(if new.start.is_empty() { vec![0] } else { new.start });
+        self.members = new.members;
+        self.center.extend(new.center);
+        self.normal.extend(new.normal);
+        self.radius.extend(new.radius);
+    }
+    /// Leaves all clusters without members.
+    pub fn forget_members(&mut self) {
+        self.start = vec![0; self.len() + 1];
+        self.members.clear();
+    }
     /// Members of a cluster.
     pub fn members_of(&self, cluster: usize) -> &[u32] {
         &self.members[self.start[cluster] as usize..self.start[cluster + 1] as usize]

@@ -15,21 +15,30 @@
 //! | 2 | [`cluster`] | points → [`cluster::Clusters`]; [`far`]: clusters → SH of each |
 //! | 3 | [`interpolate`], [`near_rays`] and [`filter`], or [`near`]; [`reconstruct`] | SH, cells → irradiance at every point |
 //!
+//! Proxy, clusters and SH belong to the scene, not to the view: [`store`] keeps them in a file, [`extend`] adds what another camera sees, and
+//! `plan` makes them for all frames of a camera path; [`NearNoise`] says what the noise of pass 3 sticks to.
+//!
 //! Guarantees  bit-identical for any thread count; alpha = 0 is a plain SH gather; alpha = ∞ with `near_hits = "ignore"` is the sum over
 //!             all cells. Not: visibility among near cells with `assumed` (`traced` tests it at a price), leak tests between clusters.
 //! Cost        clusters · rays + points · (near cells · tens of ns).
 
 pub mod cluster;
+pub mod extend;
 pub mod far;
 pub mod filter;
 pub mod interpolate;
 pub mod near;
+mod near_noise;
 pub mod near_rays;
+mod plan;
 pub mod reconstruct;
 mod render;
 mod settings;
+pub mod store;
 
-pub use render::{Prepared, prepare, render};
+pub use near_noise::NearNoise;
+pub use plan::plan;
+pub use render::{Prepared, picture, prepare, render, resume};
 pub use settings::{DecomposeSettings, Length, Lengths, NearHits, NearIntegral, NearVisibility, Overlap};
 
 /// Membership of a cell at distance `d` in the near ball: 1 up to ¾ alpha, smoothstep to 0 at alpha. The one function that the ray rule

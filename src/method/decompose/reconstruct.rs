@@ -110,7 +110,8 @@ pub fn reconstruct(
                         if settings.near_visibility == NearVisibility::Rays {
                             rays += u64::from(settings.near_rays);
                             let far = sh.irradiance(n);
-                            let (near, near_cells) = near_by_rays(world, proxy, &sh, p, points.ng[i], n, settings, alpha, seed, i as u64);
+                            let (near, near_cells) =
+                                near_by_rays(world, proxy, &sh, p, points.ng[i], n, settings, alpha, seed, settings.near_noise.element(points, i));
                             return PointIrradiance { total: far + near.irradiance, far, cluster, near_cells, closeness: near.closeness };
                         }
                         let mut rng = Rng::new(seed, Stream::Near, i as u64, 0);

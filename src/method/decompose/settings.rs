@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::NearNoise;
 use crate::error::{Error, Result};
 use crate::sh::MAX_BANDS;
 
@@ -144,6 +145,8 @@ pub struct DecomposeSettings {
     pub near_visibility: NearVisibility,
     /// Rays per shading point with `near_visibility = "rays"`.
     pub near_rays: u32,
+    /// What their noise sticks to when the camera moves. `nearfar fly` takes `world` unless told otherwise.
+    pub near_noise: NearNoise,
     /// Window radius of the filter over their noise, pixels; 0: off.
     pub near_filter: u32,
     /// Reach of the filter as a fraction of the mean distance to what is near.
@@ -170,6 +173,7 @@ impl Default for DecomposeSettings {
             near_samples: 4,
             near_visibility: NearVisibility::default(),
             near_rays: 16,
+            near_noise: NearNoise::default(),
             near_filter: 4,
             near_filter_reach: 0.12,
             overlap: Overlap::default(),
