@@ -245,7 +245,7 @@ fn layer_of(channel: &str) -> &str {
 }
 
 /// Keeps the beauty, the running sums and the named layers; warns of layers that this method does not have.
-fn keep_layers(film: &mut Film, wanted: &[String], run: &Run) {
+pub(super) fn keep_layers(film: &mut Film, wanted: &[String], run: &Run) {
     if wanted.is_empty() {
         return;
     }
@@ -255,25 +255,29 @@ fn keep_layers(film: &mut Film, wanted: &[String], run: &Run) {
     film.channels.retain(|c, _| ["R", "G", "B"].contains(&c.as_str()) || layer_of(c) == "state" || wanted.iter().any(|w| layer_of(w) == layer_of(c)));
 }
 
-fn finish(scene: &SceneOptions, output: &OutputOptions, method: Method, job: &Job, world: &World, rendered: Rendered) -> Result<()> {
-    let Rendered { mut film, stats, .. } = rendered;
-    let interrupted = job.run.cancelled();
-    keep_layers(&mut film, &output.aov, &job.run);
-    if !scene.quiet {
-        job.run.warnings().iter().for_each(|w| eprintln!("warning: {w}"));
-    }
-    let settings = job.config.to_table()?;
+/// The header of an image.
+pub(super) fn describe(film: &mut Film, scene: &SceneOptions, method: Method, job: &Job) -> Result<()> {
     for (key, value) in [
         ("nearfar.version", env!("CARGO_PKG_VERSION").to_owned()),
         ("nearfar.scene", scene.scene.display().to_string()),
         ("nearfar.method", name(method)),
         ("nearfar.seed", job.config.seed.to_string()),
-        ("nearfar.settings", settings.to_string()),
+        ("nearfar.settings", job.config.to_table()?.to_string()),
         ("nearfar.seconds", format!("{:.2}", job.start.elapsed().as_secs_f64())),
-        ("nearfar.complete", (!interrupted).to_string()),
+        ("nearfar.complete", (!job.run.cancelled()).to_string()),
     ] {
         film.header.insert(key.into(), value);
     }
+    Ok(())
+}
+
+fn finish(scene: &SceneOptions, output: &OutputOptions, method: Method, job: &Job, world: &World, rendered: Rendered) -> Result<()> {
+    let Rendered { mut film, stats, .. } = rendered;
+    keep_layers(&mut film, &output.aov, &job.run);
+    if !scene.quiet {
+        job.run.warnings().iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    describe(&mut film, scene, method, job)?;
     {
         let _phase = job.run.phase("write", 1);
         film::write_exr(&film, &output.output, if output.half { Precision::Half } else { Precision::Full })?;
@@ -299,5 +303,5 @@ fn finish(scene: &SceneOptions, output: &OutputOptions, method: Method, job: &Jo
         job.run.seconds().iter().for_each(|(phase, seconds)| eprintln!("{phase:>12} {seconds:8.2} s"));
         eprintln!("{:>12} {:8.2} s, {:.2} s of CPU", "total", job.start.elapsed().as_secs_f64(), statistics::cpu_seconds());
     }
-    if interrupted { Err(Error::Interrupted) } else { Ok(()) }
+    if job.run.cancelled() { Err(Error::Interrupted) } else { Ok(()) }
 }

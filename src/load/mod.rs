@@ -6,6 +6,7 @@
 //! Not         materials beyond diffuse, emission and masks; `tobj` reads the OBJ, this room finds the lines of its errors.
 
 mod assemble;
+mod camera_path;
 mod image;
 mod mtl;
 mod normals;
@@ -23,6 +24,7 @@ use crate::error::{Error, Result};
 use crate::radiometry::Rgb;
 use crate::scene::{Light, Scene};
 
+pub use camera_path::load_camera_path;
 pub use validate::MAX_PIXELS;
 
 /// A scene and what there is to say about its loading.

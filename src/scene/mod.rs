@@ -4,6 +4,7 @@
 
 pub mod builtin;
 mod camera;
+mod camera_path;
 mod fingerprint;
 mod light;
 mod material;
@@ -11,6 +12,7 @@ mod mesh;
 mod texture;
 
 pub use camera::Camera;
+pub use camera_path::CameraPath;
 pub use fingerprint::Fingerprint;
 pub use light::Light;
 pub use material::{Material, TextureId};
