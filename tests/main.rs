@@ -16,5 +16,6 @@ mod near_far;
 mod path;
 mod photon;
 mod references;
+mod reuse;
 mod support;
 mod truth;
