@@ -217,7 +217,7 @@ fn a_planned_path_needs_nothing_more_and_threads_do_not_matter() {
     let mut fly = |threads: usize| {
         let run = Run::new(threads).unwrap();
         w.camera = start.clone();
-        let mut prepared = plan(&w, &s.decompose, s.inputs(&w), &views, &run).unwrap();
+        let mut prepared = plan(&w, &s.decompose, s.inputs(&w), &views, None, &run).unwrap();
         let clusters = prepared.clusters.len();
         let frames: Vec<_> = views
             .iter()
@@ -268,6 +268,16 @@ fn fly_as_a_user_types_it() {
     assert!(stats["flicker"]["temporal_variance"].as_f64().unwrap() > 0.0 && stats["flicker"]["points"].as_u64().unwrap() > 200, "{stats}");
     assert!(stats["frames"].as_array().unwrap().len() == 3 && stats["frames"][1]["clusters_added"] == 0);
 
+    // Kept and loaded: the same film, without photons.
+    let kept = at("fly.ply");
+    let film_of = |arguments: &[&str]| {
+        let (code, _, err) = fly(&[&["--path", &path, "--frames", "3", "-q"], arguments].concat());
+        assert_eq!((code, err.as_str()), (0, ""));
+        [1, 2, 3].map(|i| bits(&read_exr(&folder.at(&format!("film/frame_{i:04}.exr"))).unwrap()))
+    };
+    let first = film_of(&["--save-cache", &kept]);
+    assert!(first == film_of(&["--load-cache", &kept]));
+
     // Without --path, in a straight line; a camera that rests gives the same frames.
     let eye = camera.eye.to_array().map(|v| v.to_string()).join(",");
     let (code, _, err) = fly(&["--to-eye", &eye, "--frames", "2", "-q"]);
@@ -280,6 +290,7 @@ fn fly_as_a_user_types_it() {
         (&["--path", &path, "--to-eye", "1,2,3"], "cannot be used with"),
         (&["--to-eye", "1,2"], "write three numbers"),
         (&["--to-eye", &eye, "--reuse", "some"], "possible values"),
+        (&["--to-eye", &eye, "--reuse", "none", "--save-cache", &kept], "keeps nothing"),
     ] {
         let (code, _, err) = fly(arguments);
         assert!(code == 2 && err.contains(expected), "{arguments:?}: {err}");

@@ -17,9 +17,10 @@ use crate::error::{Error, Result};
 use crate::film::{self, Precision};
 use crate::load::load_camera_path;
 use crate::method::Method;
+use crate::method::decompose::store::{self, Known};
 use crate::method::decompose::{self, NearNoise, Prepared};
 use crate::report::flicker::{Flicker, Frame};
-use crate::scene::{Camera, CameraPath};
+use crate::scene::{Camera, CameraPath, Fingerprint};
 use crate::shading::World;
 
 /// What frames have in common.
@@ -57,6 +58,12 @@ pub(super) struct FlyArgs {
     /// What frames share.
     #[arg(long, default_value_t, value_enum)]
     reuse: Reuse,
+    /// Start from the proxy and clusters of this file, as of `render --save-cache`.
+    #[arg(long, value_name = "FILE.ply")]
+    load_cache: Option<PathBuf>,
+    /// Write proxy and clusters of all frames.
+    #[arg(long, value_name = "FILE.ply")]
+    save_cache: Option<PathBuf>,
     /// Near/far distance: a length, or a share of the scene's diagonal such as "2%".
     #[arg(long, value_name = "LENGTH")]
     alpha: Option<String>,
@@ -117,7 +124,10 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     if let Some(alpha) = &args.alpha {
         extra.push(("decompose.alpha", crate::config::parse_value(alpha)));
     }
-    args.stats.as_deref().map_or(Ok(()), check_writable)?;
+    if args.reuse == Reuse::None && (args.load_cache.is_some() || args.save_cache.is_some()) {
+        return Err(Error::Usage("fly: --reuse none keeps nothing: leave out --load-cache and --save-cache".into()));
+    }
+    [&args.stats, &args.save_cache].into_iter().flatten().try_for_each(|path| check_writable(path))?;
     let mut job = args.scene.prepare(&extra, None, cancel)?;
     // Noise that stays on the surfaces, unless another is asked for.
     if job.config.decompose.near_noise == NearNoise::Point && args.reuse != Reuse::None && !args.scene.sets("decompose.near_noise")? {
@@ -127,14 +137,19 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     std::fs::create_dir_all(&args.output).map_err(|source| Error::Io { path: args.output.clone(), source })?;
     let mut world = World::new(&job.scene, args.scene.backend, &job.run)?;
     let (settings, inputs) = (&job.config.decompose, job.config.inputs(world.diagonal));
-    let mut prepared: Option<Prepared> = None;
+    let key = || store::key(Fingerprint::new(&job.scene), &inputs, settings, world.diagonal);
+    let key = (args.load_cache.is_some() || args.save_cache.is_some()).then(key);
+    let load = |path: &PathBuf, key| store::load(path, key, &inputs, settings);
+    let known = args.load_cache.as_ref().zip(key.as_ref()).map(|(path, key)| load(path, key)).transpose()?;
     let mut film = Vec::new();
     let (mut last, mut changes): (Option<Frame>, Vec<f32>) = (None, Vec::new());
     let mut before = statistics::cpu_seconds();
     let tell = args.scene.verbose || (!args.scene.quiet && std::io::stderr().is_terminal());
-    if args.reuse == Reuse::Plan {
-        prepared = Some(decompose::plan(&world, settings, inputs, &views, &job.run)?);
-    }
+    let mut prepared = match (args.reuse, known) {
+        (Reuse::Plan, known) => Some(decompose::plan(&world, settings, inputs, &views, known, &job.run)?),
+        (_, Some(known)) => Some(Prepared::known(&world, settings, inputs, known, &job.run)?),
+        (_, None) => None,
+    };
     let preparing = statistics::cpu_seconds();
     let shared = preparing - before;
     before = preparing;
@@ -168,6 +183,9 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         if tell {
             eprintln!("{}/{} {}", i + 1, views.len(), file.display());
         }
+    }
+    if let (Some(path), Some(key), Some(prepared)) = (&args.save_cache, &key, &prepared) {
+        store::save(path, key, &Known::new(prepared), settings)?;
     }
     finish(args, &job, &film, Flicker::new(changes), shared)
 }

@@ -13,12 +13,12 @@ use std::collections::HashMap;
 use glam::{IVec3, Vec2};
 use rayon::prelude::*;
 
-use super::cluster::Clusters;
+use super::store::Known;
 use super::{DecomposeSettings, Prepared, extend};
 use crate::error::Result;
 use crate::math::{Ray, offset_origin};
 use crate::method::stage::{Inputs, Stage, cells};
-use crate::photon::solve_for;
+use crate::photon::{extend as extend_proxy, solve_for};
 use crate::record::{CameraSamples, ShadingPoints};
 use crate::run::{RayKind, Run};
 use crate::scene::Camera;
@@ -63,21 +63,32 @@ fn thinned(world: &World, views: &[Camera], side: f32, run: &Run) -> Result<Shad
     Ok(points)
 }
 
-/// Proxy and clusters for all `views`.
+/// Proxy and clusters for all `views`; what is `known` already stays as it is.
 ///
 /// # Errors
-/// As [`super::prepare`].
-pub fn plan(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, views: &[Camera], run: &Run) -> Result<Prepared> {
-    settings.validate()?;
-    inputs.record.validate()?;
-    let cells = cells(world, inputs, run)?;
-    let (radiosity, proxy_stats) = solve_for(world, &cells, inputs.photon, views, inputs.seed, run)?;
-    let stage = Stage { cells, radiosity, proxy_stats, samples: CameraSamples::default() };
-    let lengths = settings.lengths(world.diagonal);
-    let points = thinned(world, views, lengths.cluster_radius / BOXES, run)?;
-    let (mut clusters, mut sh) = (Clusters::default(), Vec::new());
+/// As [`super::prepare`]; as [`super::resume`] for a known proxy of other cells.
+pub fn plan(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, views: &[Camera], known: Option<Known>, run: &Run) -> Result<Prepared> {
+    let mut prepared = match known {
+        Some(known) => {
+            let mut prepared = Prepared::known(world, settings, inputs, known, run)?;
+            let Stage { cells, radiosity, .. } = &mut prepared.stage;
+            extend_proxy(world, cells, radiosity, inputs.photon, views, inputs.seed, run)?;
+            prepared
+        }
+        None => {
+            settings.validate()?;
+            inputs.record.validate()?;
+            let cells = cells(world, inputs, run)?;
+            let (radiosity, proxy_stats) = solve_for(world, &cells, inputs.photon, views, inputs.seed, run)?;
+            let stage = Stage { cells, radiosity, proxy_stats, samples: CameraSamples::default() };
+            Prepared { stage, ..Prepared::empty(settings.lengths(world.diagonal)) }
+        }
+    };
+    let points = thinned(world, views, prepared.lengths.cluster_radius / BOXES, run)?;
     let all = (0..points.len() as u32).collect();
-    let (_, sample_seconds) = extend::extend(world, stage.proxy(), &points, all, &mut clusters, &mut sh, settings, &lengths, inputs.seed, run)?;
-    clusters.forget_members();
-    Ok(Prepared { lengths, stage, clusters, sh, sample_seconds, earlier: 0, sides_added: 0 })
+    let Prepared { stage, clusters, sh, lengths, .. } = &mut prepared;
+    let (_, seconds) = extend::extend(world, stage.proxy(), &points, all, clusters, sh, settings, lengths, inputs.seed, run)?;
+    prepared.sample_seconds = seconds;
+    prepared.clusters.forget_members();
+    Ok(prepared)
 }

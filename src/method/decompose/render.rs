@@ -56,24 +56,32 @@ pub fn prepare(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, 
 /// # Errors
 /// As [`prepare`]; [`Error::Render`] when the known proxy is not of this scene's cells.
 pub fn resume(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, known: Known, run: &Run) -> Result<Prepared> {
-    settings.validate()?;
-    inputs.record.validate()?;
-    let cells = cells(world, inputs, run)?;
-    if cells.len() != known.radiosity.len() {
-        return Err(Error::Render(format!("the loaded proxy has {} cells, the scene {}: render without --load-cache", known.radiosity.len(), cells.len())));
-    }
-    let proxy_stats = ProxyStats { cells: cells.len(), ..ProxyStats::default() };
-    let clusters = known.clusters();
-    let stage = Stage { cells, radiosity: known.radiosity, proxy_stats, samples: CameraSamples::default() };
-    let mut prepared = Prepared { stage, clusters, sh: known.sh, ..Prepared::empty(settings.lengths(world.diagonal)) };
+    let mut prepared = Prepared::known(world, settings, inputs, known, run)?;
     prepared.look(world, settings, inputs, true, run)?;
     Ok(prepared)
 }
 
 impl Prepared {
-    fn empty(lengths: Lengths) -> Self {
+    pub(super) fn empty(lengths: Lengths) -> Self {
         let stage = Stage::default();
         Self { lengths, stage, clusters: Clusters::default(), sh: Vec::new(), sample_seconds: 0.0, earlier: 0, sides_added: 0 }
+    }
+
+    /// What is known, without a view; [`Prepared::look`] gives it one.
+    ///
+    /// # Errors
+    /// As [`resume`].
+    pub fn known(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, known: Known, run: &Run) -> Result<Self> {
+        settings.validate()?;
+        inputs.record.validate()?;
+        let cells = cells(world, inputs, run)?;
+        if cells.len() != known.radiosity.len() {
+            return Err(Error::Render(format!("the loaded proxy has {} cells, the scene {}: render without --load-cache", known.radiosity.len(), cells.len())));
+        }
+        let proxy_stats = ProxyStats { cells: cells.len(), ..ProxyStats::default() };
+        let clusters = known.clusters();
+        let stage = Stage { cells, radiosity: known.radiosity, proxy_stats, samples: CameraSamples::default() };
+        Ok(Self { stage, clusters, sh: known.sh, ..Self::empty(settings.lengths(world.diagonal)) })
     }
 
     /// Turns to the world's present camera; with `extend`, proxy and clusters are extended to all it sees, else they stay.
