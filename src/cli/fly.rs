@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::film::{self, Precision};
 use crate::load::load_camera_path;
 use crate::method::Method;
+use crate::method::decompose::near_boxes::NearBoxes;
 use crate::method::decompose::store::{self, Known};
 use crate::method::decompose::{self, NearNoise, Prepared};
 use crate::report::flicker::{Flicker, Frame};
@@ -141,7 +142,7 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     let key = (args.load_cache.is_some() || args.save_cache.is_some()).then(key);
     let load = |path: &PathBuf, key| store::load(path, key, &inputs, settings);
     let known = args.load_cache.as_ref().zip(key.as_ref()).map(|(path, key)| load(path, key)).transpose()?;
-    let mut film = Vec::new();
+    let (mut film, mut boxes) = (Vec::new(), NearBoxes::default());
     let (mut last, mut changes): (Option<Frame>, Vec<f32>) = (None, Vec::new());
     let mut before = statistics::cpu_seconds();
     let tell = args.scene.verbose || (!args.scene.quiet && std::io::stderr().is_terminal());
@@ -162,7 +163,8 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
             }
             _ => decompose::prepare(&world, settings, inputs, &job.run)?,
         };
-        let rendered = decompose::picture(&world, settings, &now, inputs.seed, &job.run)?;
+        let kept = (args.reuse != Reuse::None && settings.near_noise == NearNoise::World).then_some(&mut boxes);
+        let rendered = decompose::picture_with(&world, settings, &now, kept, inputs.seed, &job.run)?;
         let frame = Frame::new(&rendered.film, view);
         let change = last.as_ref().zip(frame.as_ref()).map(|(a, b)| a.changes(b)).unwrap_or_default();
         last = frame;

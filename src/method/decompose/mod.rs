@@ -28,6 +28,7 @@ pub mod far;
 pub mod filter;
 pub mod interpolate;
 pub mod near;
+pub mod near_boxes;
 mod near_noise;
 pub mod near_rays;
 mod plan;
@@ -38,7 +39,7 @@ pub mod store;
 
 pub use near_noise::NearNoise;
 pub use plan::plan;
-pub use render::{Prepared, picture, prepare, render, resume};
+pub use render::{Prepared, picture, picture_with, prepare, render, resume};
 pub use settings::{DecomposeSettings, Length, Lengths, NearHits, NearIntegral, NearVisibility, Overlap};
 
 /// Membership of a cell at distance `d` in the near ball: 1 up to ¾ alpha, smoothstep to 0 at alpha. The one function that the ray rule

@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | `point` | number of the shading point | independent everywhere | new noise every frame |
 //! | `pixel` | pixel, and which of its points | independent everywhere | noise stands still on the screen while the scene moves under it |
-//! | `world` | box of space, of about half a pixel's side, and facing | nearly independent | noise moves with the surface |
+//! | `world` | box of space, at most a pixel wide, and facing | nearly independent | noise moves with the surface |
 //!
 //! Boxes of `world` have sides of powers of two, so that they stay while a camera comes nearer, until it is twice as near.
 //! Guarantees  a function of the shading points alone: never of threads or of earlier frames.
@@ -28,7 +28,7 @@ pub enum NearNoise {
 }
 
 /// Side of a box in pixel footprints, at most.
-const BOX: f32 = 0.5;
+const BOX: f32 = 1.0;
 
 impl NearNoise {
     /// The element that keys the random numbers of point `i`.
@@ -42,8 +42,8 @@ impl NearNoise {
             Self::World => {
                 let level = (points.footprint[i].max(f32::MIN_POSITIVE) * BOX).log2().floor();
                 let at = (points.p[i].as_dvec3() / f64::from(level.exp2())).floor();
-                let facing = points.ng[i].abs().max_position() as u64 * 2 + u64::from(points.ng[i][points.ng[i].abs().max_position()] < 0.0);
-                let words = [at.x as i64 as u64, at.y as i64 as u64, at.z as i64 as u64, level as i64 as u64, facing];
+                let facing = (points.ns[i] * 2.0).round().as_i64vec3();
+                let words = [at.x as i64, at.y as i64, at.z as i64, level as i64, facing.x, facing.y, facing.z].map(|w| w as u64);
                 words.into_iter().fold(0, |h, w| hash64(h ^ w).wrapping_add(0x9e37_79b9_7f4a_7c15))
             }
         }
@@ -59,7 +59,7 @@ mod tests {
     fn noise_sticks_to_what_it_should() {
         let points = |shift: usize, p: Vec3| ShadingPoints {
             p: vec![Vec3::X * 5.0; shift].into_iter().chain([p, p]).collect(),
-            ng: vec![Vec3::Z; shift].into_iter().chain([Vec3::Z, -Vec3::Z]).collect(),
+            ns: vec![Vec3::Z; shift].into_iter().chain([Vec3::Z, -Vec3::Z]).collect(),
             pixel: vec![3; shift].into_iter().chain([7, 7]).collect(),
             footprint: vec![0.1; shift + 2],
             ..ShadingPoints::default()

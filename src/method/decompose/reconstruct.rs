@@ -90,6 +90,24 @@ pub fn reconstruct(
     seed: u64,
     run: &Run,
 ) -> Result<Vec<PointIrradiance>> {
+    reconstruct_with(world, proxy, points, field, tree, None, settings, seed, run)
+}
+
+/// As [`reconstruct`]; with `near`, the near part by short rays is given for every point.
+///
+/// # Errors
+/// As [`reconstruct`].
+pub fn reconstruct_with(
+    world: &World,
+    proxy: Proxy<'_>,
+    points: &ShadingPoints,
+    field: &FarField<'_>,
+    tree: Option<&NearTree>,
+    near: Option<&[NearPart]>,
+    settings: &DecomposeSettings,
+    seed: u64,
+    run: &Run,
+) -> Result<Vec<PointIrradiance>> {
     const BLOCK: usize = 256;
     let alpha = settings.lengths(world.diagonal).alpha;
     let phase = run.phase("reconstruct", points.len() as u64);
@@ -108,6 +126,10 @@ pub fn reconstruct(
                         let (p, n) = (points.p[i], points.ns[i]);
                         let Some((sh, cluster)) = field.at(p, n) else { return PointIrradiance::default() };
                         if settings.near_visibility == NearVisibility::Rays {
+                            if let Some(near) = near {
+                                let far = sh.irradiance(n);
+                                return PointIrradiance { total: far + near[i].irradiance, far, cluster, near_cells: 0, closeness: near[i].closeness };
+                            }
                             rays += u64::from(settings.near_rays);
                             let far = sh.irradiance(n);
                             let (near, near_cells) =

@@ -6,9 +6,10 @@ use super::cluster::Clusters;
 use super::extend::extend;
 use super::interpolate::FarField;
 use super::near::NearTree;
-use super::reconstruct::reconstruct;
+use super::near_boxes::NearBoxes;
+use super::reconstruct::reconstruct_with;
 use super::store::Known;
-use super::{DecomposeSettings, Lengths};
+use super::{DecomposeSettings, Lengths, NearVisibility};
 use crate::error::{Error, Result};
 use crate::method::Rendered;
 use crate::method::locations::Locations;
@@ -154,13 +155,25 @@ pub fn render(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, r
 /// # Errors
 /// [`Error::Interrupted`].
 pub fn picture(world: &World, settings: &DecomposeSettings, prepared: &Prepared, seed: u64, run: &Run) -> Result<Rendered> {
+    picture_with(world, settings, prepared, None, seed, run)
+}
+
+/// As [`picture`]; with `boxes`, and near visibility by rays, the near part is kept there from picture to picture.
+///
+/// # Errors
+/// [`Error::Interrupted`].
+pub fn picture_with(world: &World, settings: &DecomposeSettings, prepared: &Prepared, boxes: Option<&mut NearBoxes>, seed: u64, run: &Run) -> Result<Rendered> {
     let (samples, proxy) = (&prepared.stage.samples, prepared.stage.proxy());
     let tree = settings.sums_cells().then(|| {
         let _phase = run.phase("reconstruct", 1);
         run.install(|| NearTree::new(proxy))
     });
     let field = FarField::new(&prepared.clusters, &prepared.sh, prepared.lengths.blend_radius, settings.blend_normal_power);
-    let found = reconstruct(world, proxy, &samples.points, &field, tree.as_ref(), settings, seed, run)?;
+    let near = match boxes.filter(|_| settings.near_visibility == NearVisibility::Rays) {
+        Some(boxes) => Some(boxes.at(world, proxy, &samples.points, &field, settings, seed, run)?),
+        None => None,
+    };
+    let found = reconstruct_with(world, proxy, &samples.points, &field, tree.as_ref(), near.as_deref(), settings, seed, run)?;
 
     let irradiance: Vec<Rgb> = found.iter().map(|f| f.total).collect();
     let far: Vec<Rgb> = found.iter().map(|f| f.far).collect();
