@@ -16,7 +16,7 @@
 //! | 3 | [`interpolate`], [`near_rays`] and [`filter`], or [`near`]; [`reconstruct`] | SH, cells → irradiance at every point |
 //!
 //! Proxy, clusters and SH belong to the scene, not to the view: [`store`] keeps them in a file, [`extend`] adds what another camera sees, and
-//! `plan` makes them for all frames of a camera path; [`NearNoise`] says what the noise of pass 3 sticks to.
+//! `plan` makes them for all frames of a camera path; [`NearNoise`] says what the noise of pass 3 sticks to, [`near_boxes`] keeps it there.
 //!
 //! Guarantees  bit-identical for any thread count; alpha = 0 is a plain SH gather; alpha = ∞ with `near_hits = "ignore"` is the sum over
 //!             all cells. Not: visibility among near cells with `assumed` (`traced` tests it at a price), leak tests between clusters.

@@ -6,6 +6,19 @@
 //! Nothing moves and the far field of a film is fixed, so the near part is a function of the place alone. A box is about a pixel wide where it
 //! is seen first; it is estimated with [`RAYS`] times `near_rays`, which costs less than fresh rays in every frame, is less noisy, and stays.
 //!
+//! Temporal variance of static points, Sponza by day, 320×180, three frames, and CPU seconds a frame after the first:
+//!
+//! | | Variance | CPU s |
+//! |---|---|---|
+//! | 16 fresh rays a point, keyed by world | 6.1e-4 | 0.89 |
+//! | 128 fresh rays a point | 2.2e-4 | 2.38 |
+//! | boxes of ¼–½ pixel, 64 rays | 2.6e-4 | 1.36 |
+//! | **boxes of ½–1 pixel, 64 rays** | 2.4e-4 | 1.10 |
+//! | the same, 32 rays | 3.4e-4 | 0.90 |
+//! | boxes of 1–2 pixels, 64 rays (edges turn jagged) | 2.5e-4 | 0.79 |
+//! | boxes of 2–4 pixels, 64 rays | 5.1e-4 | 0.67 |
+//! | the far field alone | 0.5e-4 | 0.48 |
+//!
 //! Input   shading points and the far field. Output  the near part at every point, before the filter.
 //! Guarantees  bit-identical for any thread count; a camera that rests gets the same values again. Not: independent of the order of the frames
 //!             (the first point stands for its box). Memory  32 B a box.
