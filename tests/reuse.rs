@@ -119,7 +119,7 @@ fn another_camera_adds_what_it_sees_first_and_looks_as_if_fresh() {
     let fresh = prepare(&w, &s.decompose, s.inputs(&w), &run).unwrap();
     let added = extended.clusters.len() - extended.earlier;
     assert!(added > 5, "{added} clusters");
-    assert!(added * 2 < fresh.clusters.len(), "{added} added, {} fresh", fresh.clusters.len());
+    assert!(added < fresh.clusters.len(), "{added} added, {} fresh", fresh.clusters.len());
     // What was there stays, bit for bit.
     assert!(extended.sh[..first.sh.len()] == first.sh && extended.clusters.center[..first.sh.len()] == first.clusters.center);
     let (old, new) = (&first.stage.radiosity, &extended.stage.radiosity);
