@@ -4,12 +4,13 @@ use glam::Vec3;
 use nearfar::accel::Backend;
 use nearfar::method::cache::{Cache, CacheRecord, CacheSettings, Mode, fill_and_interpolate, render, store};
 use nearfar::method::gather::gather;
+use nearfar::method::key::Key;
 use nearfar::method::stage::{Inputs, Stage};
 use nearfar::photon::{CellRadiosity, PhotonSettings, ProxyStats};
 use nearfar::radiometry::Rgb;
 use nearfar::record::{RecordSettings, camera_samples};
 use nearfar::run::Run;
-use nearfar::scene::{Camera, Mesh, Scene, Sides};
+use nearfar::scene::{Camera, Fingerprint, Mesh, Scene, Sides};
 use nearfar::shading::{DirectSettings, World};
 use nearfar::tessellate::Cells;
 
@@ -198,7 +199,7 @@ fn saved_records_are_reused() {
         let w = world(&scene, Backend::Bvh);
         let input = inputs(&photon, &record, &direct);
         let run = Run::new(2).unwrap();
-        let key = store::Key::new(&w, &input, &s);
+        let key = store::key(Fingerprint::new(&scene), &input, &s);
         let (first, cache) = render(&w, &s, input, None, &run).unwrap();
         store::save(&file, &key, &cache.records).unwrap();
         let loaded = store::load(&file, &key).unwrap();
@@ -210,7 +211,7 @@ fn saved_records_are_reused() {
         let mut aside = scene.clone();
         aside.camera.eye.x += 0.05;
         let w = world(&aside, Backend::Bvh);
-        assert_eq!(store::Key::new(&w, &input, &s), key, "another camera, the same scene");
+        assert_eq!(store::key(Fingerprint::new(&aside), &input, &s), key, "another camera, the same scene");
         let (_, extended) = render(&w, &s, input, Some(loaded), &run).unwrap();
         let (new, alone) = (extended.records.len() - cache.records.len(), cache.records.len());
         assert!(new * 2 < alone, "{mode:?}: {new} new, {alone} loaded");
@@ -226,23 +227,23 @@ fn broken_and_foreign_files_are_refused() {
     let scene = small_room();
     let w = world(&scene, Backend::Bvh);
     let s = settings(Mode::Hessian);
-    let key = |w: &World, s: &CacheSettings| store::Key::new(w, &inputs(&photon, &record, &direct), s);
+    let key = |scene: &Scene, s: &CacheSettings| store::key(Fingerprint::new(scene), &inputs(&photon, &record, &direct), s);
     let (_, cache) = cached(&w, &s, &stage(&w, 0.3, |_, _| Rgb::ONE));
     let records: Vec<CacheRecord> = cache.records.iter().copied().take(50).collect();
-    let refused = |key: &store::Key, expected: &str| {
+    let refused = |key: &Key, expected: &str| {
         let error = store::load(&file, key).unwrap_err().to_string();
         assert!(error.contains("c.ply") && error.contains(expected), "{error}");
     };
-    let own = key(&w, &s);
+    let own = key(&scene, &s);
     store::save(&file, &own, &records).unwrap();
     let good = std::fs::read(&file).unwrap();
 
     let mut other = scene.clone();
     other.materials[0].albedo.x += 0.1;
-    refused(&key(&world(&other, Backend::Bvh), &s), "another scene");
-    refused(&key(&w, &CacheSettings { rays: 256, ..s.clone() }), "cache.rays is 128 there and 256 here");
-    refused(&key(&w, &settings(Mode::SplitSphere)), "cache.mode");
-    assert!(store::load(&file, &key(&w, &CacheSettings { reach: 1.0, ..s.clone() })).is_ok(), "the final pass may change");
+    refused(&key(&other, &s), "another scene: its materials differ");
+    refused(&key(&scene, &CacheSettings { rays: 256, ..s.clone() }), "cache.rays is 128 there and 256 here");
+    refused(&key(&scene, &settings(Mode::SplitSphere)), "cache.mode");
+    assert!(store::load(&file, &key(&scene, &CacheSettings { reach: 1.0, ..s.clone() })).is_ok(), "the final pass may change");
 
     std::fs::write(&file, &good[..good.len() - 7]).unwrap();
     refused(&own, "cut short");
@@ -252,7 +253,7 @@ fn broken_and_foreign_files_are_refused() {
     refused(&own, "is no irradiance cache");
     std::fs::write(&file, b"\x89PNG\r\n").unwrap();
     refused(&own, "PLY");
-    std::fs::write(&file, String::from_utf8_lossy(&good).replacen("cache 1", "cache 9", 1).as_bytes()).unwrap();
+    std::fs::write(&file, String::from_utf8_lossy(&good).replacen("cache 2", "cache 9", 1).as_bytes()).unwrap();
     refused(&own, "version 9");
     let mut broken = records.clone();
     broken[7].irradiance.y = f32::NAN;

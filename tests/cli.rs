@@ -48,7 +48,7 @@ fn help_names_every_command_and_option() {
     let help = nearfar(&["--help"]);
     assert_eq!(code(&help), 0);
     let text = String::from_utf8(help.stdout).unwrap();
-    for word in ["render", "reference", "compare", "bench", "info"] {
+    for word in ["render", "fly", "reference", "compare", "bench", "info"] {
         assert!(text.contains(word), "{word}");
     }
     let text = String::from_utf8(nearfar(&["render", "--help"]).stdout).unwrap();

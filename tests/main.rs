@@ -19,6 +19,7 @@ mod path;
 mod photon;
 mod pixel_filter;
 mod references;
+mod reuse;
 mod subdivision;
 mod support;
 mod truth;

@@ -8,6 +8,7 @@ mod bench;
 mod budget;
 mod compare;
 mod export;
+mod fly;
 mod info;
 mod measure;
 mod methods;
@@ -37,6 +38,8 @@ struct Cli {
 enum Command {
     /// Render a scene: a scene TOML or an OBJ.
     Render(render::RenderArgs),
+    /// Render the frames of a camera path; proxy and clusters are kept between them.
+    Fly(fly::FlyArgs),
     /// Path trace the ground truth: unbiased, resumable, with two independent half images.
     Reference(render::ReferenceArgs),
     /// Compare an image with a reference: relMSE, bias, MSE, MAE, FLIP.
@@ -85,6 +88,7 @@ pub fn run() -> ExitCode {
     }
     let done: Result<()> = match cli.command {
         Command::Render(args) => render::render(&args, &cancel),
+        Command::Fly(args) => fly::fly(&args, &cancel),
         Command::Reference(args) => render::reference(&args, &cancel),
         Command::Compare(args) => compare::compare(&args),
         Command::Show(args) => show::show(&args),

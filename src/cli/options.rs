@@ -82,6 +82,19 @@ impl SceneOptions {
         Ok(Job { scene, config, run, start })
     }
 
+    /// Whether the command line sets this key.
+    ///
+    /// # Errors
+    /// Assignments that cannot be read.
+    pub(super) fn sets(&self, key: &str) -> Result<bool> {
+        for text in &self.assignments {
+            if config::parse_assignment(text)?.0.trim_start_matches("settings.") == key {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
     /// The scene with overrides and size applied.
     pub(super) fn load(&self) -> Result<Loaded> {
         let mut overrides = Vec::new();

@@ -16,10 +16,12 @@ use crate::error::{Error, Result};
 use crate::ffi::oidn::Denoiser;
 use crate::film::{self, Film, Precision};
 use crate::method::cache::{CacheSettings, store};
+use crate::method::decompose::DecomposeSettings;
 use crate::method::stage::Inputs;
 use crate::method::{Method, Rendered, cache, decompose, direct, gather, path, photon_map};
 use crate::report::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::run::Run;
+use crate::scene::{Fingerprint, Scene};
 use crate::shading::World;
 
 /// Options of `nearfar render`.
@@ -38,10 +40,11 @@ pub(super) struct RenderArgs {
     /// Near/far distance: a length, or a share of the scene's diagonal such as "2%".
     #[arg(long, value_name = "LENGTH")]
     alpha: Option<String>,
-    /// Irradiance cache: start from the records of this file; what it does not cover is measured.
+    /// Start from the proxy and clusters, or from the cache records, of this file, whatever camera it was made for; what it does not cover
+    /// is computed. A file of another scene, other settings or another version is refused.
     #[arg(long, value_name = "FILE.ply")]
     load_cache: Option<PathBuf>,
-    /// Irradiance cache: write its records.
+    /// Write proxy and clusters, or the irradiance cache's records, for later renders of the scene from any camera.
     #[arg(long, value_name = "FILE.ply")]
     save_cache: Option<PathBuf>,
     /// Write where indirect light was sampled, as PLY points.
@@ -111,8 +114,8 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     let inputs = config.inputs(world.diagonal);
     let mut rendered = match args.method {
         Method::Path => path::render(&world, &config.path, config.seed, &job.run)?,
-        Method::Decomposition => decompose::render(&world, &config.decompose, inputs, &job.run)?,
-        Method::IrradianceCache => with_cache(args, &world, &config.cache, inputs, &job.run)?,
+        Method::Decomposition => decomposed(args, &job.scene, &world, &config.decompose, inputs, &job.run)?,
+        Method::IrradianceCache => with_cache(args, &job.scene, &world, &config.cache, inputs, &job.run)?,
         Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
         Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, &config.record, config.seed, &job.run)?,
         Method::Direct => direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?,
@@ -137,15 +140,13 @@ fn denoised(rendered: &mut Rendered, denoiser: &Denoiser, method: Method, run: &
 /// Options that only some methods understand.
 fn check_samples(args: &RenderArgs) -> Result<()> {
     let unknown = |option: &str, methods: &str| Err(Error::Usage(format!("{option}: --method {} has none; use {methods}", name(args.method))));
-    if args.method != Method::IrradianceCache {
+    if !matches!(args.method, Method::IrradianceCache | Method::Decomposition) {
         if args.load_cache.is_some() {
-            return unknown("--load-cache", "--method irradiance-cache");
+            return unknown("--load-cache", "--method decomposition or irradiance-cache");
         }
         if args.save_cache.is_some() {
-            return unknown("--save-cache", "--method irradiance-cache");
+            return unknown("--save-cache", "--method decomposition or irradiance-cache");
         }
-    }
-    if !matches!(args.method, Method::IrradianceCache | Method::Decomposition) {
         if args.locations.is_some() {
             return unknown("--locations", "--method decomposition or irradiance-cache");
         }
@@ -156,15 +157,28 @@ fn check_samples(args: &RenderArgs) -> Result<()> {
     [&args.save_cache, &args.locations, &args.locations_png].into_iter().flatten().try_for_each(|path| check_writable(path))
 }
 
-fn with_cache(args: &RenderArgs, world: &World, settings: &CacheSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+fn with_cache(args: &RenderArgs, scene: &Scene, world: &World, settings: &CacheSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
     // The key reads the whole scene: made only where there is a file to compare it with.
-    let key = || store::Key::new(world, &inputs, settings);
+    let key = || store::key(Fingerprint::new(scene), &inputs, settings);
     let earlier = args.load_cache.as_deref().map(|path| store::load(path, &key())).transpose()?;
     let (rendered, cache) = cache::render(world, settings, inputs, earlier, run)?;
     if let Some(path) = &args.save_cache {
         store::save(path, &key(), &cache.records)?;
     }
     Ok(rendered)
+}
+
+fn decomposed(args: &RenderArgs, scene: &Scene, world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+    let key = || decompose::store::key(Fingerprint::new(scene), &inputs, settings, world.diagonal);
+    let prepared = match &args.load_cache {
+        Some(path) => decompose::resume(world, settings, inputs, decompose::store::load(path, &key(), &inputs, settings)?, run)?,
+        None => decompose::prepare(world, settings, inputs, run)?,
+    };
+    if let Some(path) = &args.save_cache {
+        let _phase = run.phase("save", 1);
+        decompose::store::save(path, &key(), &decompose::store::Known::new(&prepared), settings)?;
+    }
+    decompose::picture(world, settings, &prepared, inputs.seed, run)
 }
 
 /// Stops by which the picture under the dots is darkened.
@@ -255,7 +269,7 @@ fn layer_of(channel: &str) -> &str {
 }
 
 /// Keeps the beauty, the running sums and the named layers; warns of layers that this method does not have.
-fn keep_layers(film: &mut Film, wanted: &[String], run: &Run) {
+pub(super) fn keep_layers(film: &mut Film, wanted: &[String], run: &Run) {
     if wanted.is_empty() {
         return;
     }
@@ -265,25 +279,29 @@ fn keep_layers(film: &mut Film, wanted: &[String], run: &Run) {
     film.channels.retain(|c, _| ["R", "G", "B"].contains(&c.as_str()) || layer_of(c) == "state" || wanted.iter().any(|w| layer_of(w) == layer_of(c)));
 }
 
-fn finish(scene: &SceneOptions, output: &OutputOptions, method: Method, job: &Job, world: &World, rendered: Rendered) -> Result<()> {
-    let Rendered { mut film, stats, .. } = rendered;
-    let interrupted = job.run.cancelled();
-    keep_layers(&mut film, &output.aov, &job.run);
-    if !scene.quiet {
-        job.run.warnings().iter().for_each(|w| eprintln!("warning: {w}"));
-    }
-    let settings = job.config.to_table()?;
+/// The header of an image.
+pub(super) fn describe(film: &mut Film, scene: &SceneOptions, method: Method, job: &Job) -> Result<()> {
     for (key, value) in [
         ("nearfar.version", env!("CARGO_PKG_VERSION").to_owned()),
         ("nearfar.scene", scene.scene.display().to_string()),
         ("nearfar.method", name(method)),
         ("nearfar.seed", job.config.seed.to_string()),
-        ("nearfar.settings", settings.to_string()),
+        ("nearfar.settings", job.config.to_table()?.to_string()),
         ("nearfar.seconds", format!("{:.2}", job.start.elapsed().as_secs_f64())),
-        ("nearfar.complete", (!interrupted).to_string()),
+        ("nearfar.complete", (!job.run.cancelled()).to_string()),
     ] {
         film.header.insert(key.into(), value);
     }
+    Ok(())
+}
+
+fn finish(scene: &SceneOptions, output: &OutputOptions, method: Method, job: &Job, world: &World, rendered: Rendered) -> Result<()> {
+    let Rendered { mut film, stats, .. } = rendered;
+    keep_layers(&mut film, &output.aov, &job.run);
+    if !scene.quiet {
+        job.run.warnings().iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    describe(&mut film, scene, method, job)?;
     {
         let _phase = job.run.phase("write", 1);
         film::write_exr(&film, &output.output, if output.half { Precision::Half } else { Precision::Full })?;
@@ -309,5 +327,5 @@ fn finish(scene: &SceneOptions, output: &OutputOptions, method: Method, job: &Jo
         job.run.seconds().iter().for_each(|(phase, seconds)| eprintln!("{phase:>12} {seconds:8.2} s"));
         eprintln!("{:>12} {:8.2} s, {:.2} s of CPU", "total", job.start.elapsed().as_secs_f64(), statistics::cpu_seconds());
     }
-    if interrupted { Err(Error::Interrupted) } else { Ok(()) }
+    if job.run.cancelled() { Err(Error::Interrupted) } else { Ok(()) }
 }

@@ -7,6 +7,7 @@
 //! Not         materials beyond diffuse, emission and masks; `tobj` reads the OBJ, this room finds the lines of its errors.
 
 mod assemble;
+mod camera_path;
 mod curve_file;
 mod image;
 mod mtl;
@@ -27,6 +28,7 @@ use crate::error::{Error, Result};
 use crate::radiometry::Rgb;
 use crate::scene::{Light, Scene};
 
+pub use camera_path::load_camera_path;
 pub use validate::MAX_PIXELS;
 
 /// A scene and what there is to say about its loading.

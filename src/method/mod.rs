@@ -4,6 +4,7 @@ pub mod cache;
 pub mod decompose;
 pub mod direct;
 pub mod gather;
+pub mod key;
 pub mod locations;
 pub mod path;
 pub mod photon_map;

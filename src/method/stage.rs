@@ -25,8 +25,17 @@ pub struct Inputs<'a> {
     pub seed: u64,
 }
 
+/// The scene's cells (phase `cells`).
+///
+/// # Errors
+/// Cells that do not fit memory.
+pub fn cells(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Cells> {
+    let _phase = run.phase("cells", 1);
+    run.install(|| Cells::new(&world.geometry, inputs.near_cell))
+}
+
 /// Proxy and camera samples.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Stage {
     /// Pieces of surfaces.
     pub cells: Cells,
@@ -45,10 +54,7 @@ impl Stage {
     /// Settings out of range, cells that do not fit memory, [`crate::error::Error::Interrupted`].
     pub fn new(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Self> {
         inputs.record.validate()?;
-        let cells = {
-            let _phase = run.phase("cells", 1);
-            run.install(|| Cells::new(&world.geometry, inputs.near_cell))?
-        };
+        let cells = cells(world, inputs, run)?;
         let (radiosity, proxy_stats) = solve(world, &cells, inputs.photon, inputs.seed, run)?;
         let samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
         Ok(Self { cells, radiosity, proxy_stats, samples })

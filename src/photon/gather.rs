@@ -25,6 +25,7 @@ use crate::math::{Frame, Ray};
 use crate::radiometry::{Rgb, luminance};
 use crate::run::{Phase, RayKind, Run};
 use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere};
+use crate::scene::Camera;
 use crate::shading::World;
 use crate::tessellate::Cells;
 
@@ -40,6 +41,8 @@ const SKY: u32 = u32::MAX;
 const NOTHING: u32 = u32::MAX - 1;
 /// No place among the gathered sides.
 const NONE: u32 = u32::MAX;
+/// Gathered by an earlier solve.
+const EARLIER: u32 = u32::MAX - 1;
 /// Sweeps end when they change the irradiance by less than this fraction.
 const TOLERANCE: f64 = 1e-3;
 
@@ -68,7 +71,7 @@ pub(super) struct Links {
     /// Where rays met the gathered sides, at most [`POINTS`] each, and where those of each begin; one more at the end.
     landings: Vec<Landing>,
     first_landing: Vec<u32>,
-    /// Place in `sides` by 2 · cell + side; [`NONE`] where no ray arrived.
+    /// Place in `sides` by 2 · cell + side; [`NONE`] where no ray arrived, [`EARLIER`].
     place: Vec<u32>,
 }
 
@@ -116,10 +119,14 @@ impl Shooter<'_> {
         Some(Landing { side: 2 * self.cells.find(hit.triangle, hit.u, hit.v) + u32::from(back), triangle: hit.triangle, u: hit.u, v: hit.v })
     }
 
-    /// What a lattice of pixels sees and what lies around there.
-    fn round_zero(&self) -> Vec<Landing> {
-        let camera = &self.world.camera;
-        let step = ((camera.width as f32 * camera.height as f32 / LATTICE_PIXELS).sqrt().ceil() as u32).max(1);
+    /// What lattices of pixels see and what lies around there; many views share √views times the pixels of one.
+    fn round_zero(&self, views: &[Camera]) -> Vec<Landing> {
+        let pixels = LATTICE_PIXELS / (views.len() as f32).sqrt();
+        views.iter().enumerate().flat_map(|(i, view)| self.look(view, pixels, (i as u64) << 41)).collect()
+    }
+
+    fn look(&self, camera: &Camera, pixels: f32, key: u64) -> Vec<Landing> {
+        let step = ((camera.width as f32 * camera.height as f32 / pixels).sqrt().ceil() as u32).max(1);
         let rows = camera.height.div_ceil(step);
         let row = |j: u32| {
             let mut out = Vec::new();
@@ -130,7 +137,7 @@ impl Shooter<'_> {
                 rays += 1;
                 let Some(seen) = self.land(&Ray::new(camera.eye, camera.direction(pixel))) else { continue };
                 out.push(seen);
-                let sobol = Sobol::new(self.seed, Stream::Link, (1 << 40) | u64::from(y * camera.width + x));
+                let sobol = Sobol::new(self.seed, Stream::Link, key | (1 << 40) | u64::from(y * camera.width + x));
                 rays += u64::from(LATTICE_RAYS);
                 self.shoot(&[seen], LATTICE_RAYS, &sobol, |_, landing| out.extend(landing));
             }
@@ -143,7 +150,7 @@ impl Shooter<'_> {
 }
 
 impl Links {
-    /// Shoots all rays (phase `gather`). `live` tells by 2 · cell + side what reflects and can be seen.
+    /// Shoots all rays (phase `gather`) that `views` ask for, but from sides `reached` before. `live` tells by 2 · cell + side what reflects and can be seen.
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
@@ -151,14 +158,17 @@ impl Links {
         world: &World,
         cells: &Cells,
         settings: &PhotonSettings,
+        views: &[Camera],
+        reached: Vec<bool>,
         live: &(dyn Fn(u32) -> bool + Sync),
         seed: u64,
         run: &Run,
         phase: &Phase<'_>,
     ) -> Result<Self> {
         let shooter = Shooter { world, cells, live, seed, run };
-        let mut links = Self { first: vec![0], place: vec![NONE; 2 * cells.len()], ..Self::default() };
-        let (mut landings, mut arrived) = (shooter.round_zero(), Vec::new());
+        let place = reached.into_iter().map(|r| if r { EARLIER } else { NONE }).collect();
+        let mut links = Self { first: vec![0], place, ..Self::default() };
+        let (mut landings, mut arrived) = (shooter.round_zero(views), Vec::new());
         for round in 1..=settings.gather_rounds {
             run.check()?;
             let next = links.round(&shooter, &landings, settings.gather_rays.div_ceil(if round == 1 { 1 } else { 2 }), phase)?;
@@ -213,7 +223,7 @@ impl Links {
     /// Keeps the first [`POINTS`] of all landings on every gathered side.
     fn keep(&mut self, arrived: &[Landing]) {
         let mut room = vec![0u32; self.sides.len() + 1];
-        let gathered = |l: &&Landing| self.place[l.side as usize] != NONE;
+        let gathered = |l: &&Landing| self.place[l.side as usize] < EARLIER;
         for l in arrived.iter().filter(gathered) {
             let count = &mut room[self.place[l.side as usize] as usize + 1];
             *count = (*count + 1).min(POINTS as u32);
@@ -236,9 +246,19 @@ impl Links {
     /// Points of a side (2 · cell + side) that rays reached; none where it is not gathered.
     pub fn landings(&self, side: u32) -> &[Landing] {
         match self.place[side as usize] {
-            NONE => &[],
+            NONE | EARLIER => &[],
             i => &self.landings[self.first_landing[i as usize] as usize..self.first_landing[i as usize + 1] as usize],
         }
+    }
+
+    /// Gathered sides as 2 · cell + side.
+    pub fn sides(&self) -> &[u32] {
+        &self.sides
+    }
+
+    /// Sides gathered now or before, by 2 · cell + side.
+    pub fn reached(&self) -> Vec<bool> {
+        self.place.iter().map(|&p| p != NONE).collect()
     }
 
     /// Number of gathered sides.

@@ -40,7 +40,7 @@ mod trace;
 pub use kdtree::KdTree;
 pub use map::PhotonMap;
 pub use proxy::{Incident, Proxy};
-pub use radiosity::{CellRadiosity, ProxyStats, solve};
+pub use radiosity::{CellRadiosity, Extended, ProxyStats, extend, solve, solve_for};
 pub use settings::{Estimate, PhotonSettings};
 pub use surface_index::SurfaceIndex;
 pub use trace::{Photon, Traced, trace};

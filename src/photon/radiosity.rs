@@ -7,6 +7,8 @@
 //! * indirect, `estimate = "gather"`: as `cells` first; then, on every side the picture can see, see [`super::gather`].
 //! * indirect, `estimate = "density"`: [`PhotonMap::irradiance`] at the centroid.
 //!
+//! For a new view [`extend`] gathers what only that view reaches; nothing that was gathered before changes.
+//!
 //! Back sides of `one_sided` cells and black cells are skipped: zero. Values are per existing area: a masked cell's mean over its
 //! polygon is value · coverage.
 //! Cost  `direct_samples` shadow rays and one region query per cell side; fixed blocks in parallel.
@@ -14,7 +16,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::gather::Links;
+use super::gather::{Landing, Links};
 use super::patches::Patches;
 use super::surface_index::SurfaceIndex;
 use super::{Estimate, PhotonMap, PhotonSettings, trace};
@@ -22,6 +24,7 @@ use crate::error::Result;
 use crate::radiometry::Rgb;
 use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream, sample_triangle};
+use crate::scene::Camera;
 use crate::shading::{World, direct_irradiance};
 use crate::tessellate::{CellId, Cells, Masks, Side};
 
@@ -42,6 +45,8 @@ pub struct CellRadiosity {
     pub indirect_back: Vec<Rgb>,
     /// Fraction of every cell that exists; empty when nothing is masked.
     pub coverage: Vec<f32>,
+    /// Sides whose irradiance was gathered, by 2 · cell + side; the others were never seen. Empty for other estimates than `gather`.
+    pub gathered: Vec<bool>,
 }
 
 impl CellRadiosity {
@@ -126,6 +131,32 @@ impl Points<'_> {
     fn exists(&self, cell: CellId, b: Vec2) -> bool {
         self.masks.as_ref().is_none_or(|m| m.exists(self.cells.triangle_of[cell as usize], b.x, b.y))
     }
+    /// ⟨ρ E_direct⟩ and ⟨ρ⟩ of a side by `count` points, `landings` in turn or, without any, stratified over the cell; and the shadow rays
+    /// shot. None where no point exists.
+    fn reflected(&self, cell: CellId, side: Side, landings: &[Landing], count: u32) -> (Option<[Rgb; 2]>, u64) {
+        let triangle = self.cells.triangle_of[cell as usize];
+        let sobol = self.sobol(cell);
+        let sign = if side == Side::Front { 1.0 } else { -1.0 };
+        let (mut direct, mut albedo, mut found, mut shot) = (Rgb::ZERO, Rgb::ZERO, 0, 0);
+        for i in 0..count {
+            let b = match landings {
+                [] => self.barycentrics(cell, &sobol, i),
+                _ => Vec2::new(landings[i as usize % landings.len()].u, landings[i as usize % landings.len()].v),
+            };
+            if !self.exists(cell, b) {
+                continue;
+            }
+            let s = self.world.geometry.surface(triangle, b.x, b.y);
+            let pairs = 1 + 2 * side as u32;
+            let mut sample = |_: u32| (sobol.sample_1d(i, pairs), sobol.sample_2d(i, pairs + 1));
+            let (e, rays) = direct_irradiance(self.world, s.p, s.ng * sign, s.ns * sign, 1, &mut sample);
+            direct += e * s.albedo;
+            albedo += s.albedo;
+            found += 1;
+            shot += rays;
+        }
+        ((found > 0).then(|| [direct / found as f32, albedo / found as f32]), shot)
+    }
     fn coverage(&self, cell: CellId) -> f32 {
         let sobol = self.sobol(cell);
         (0..COVERAGE_POINTS).filter(|&i| self.exists(cell, self.barycentrics(cell, &sobol, i))).count() as f32 / COVERAGE_POINTS as f32
@@ -183,38 +214,18 @@ impl Solver<'_> {
         if material.albedo.max_element() <= 0.0 {
             return out;
         }
-        let sobol = self.points.sobol(cell);
         for side in [Side::Front, Side::Back] {
             if side == Side::Back && cells.one_sided[cell as usize] {
                 continue;
             }
-            let sign = if side == Side::Front { 1.0 } else { -1.0 };
-            let (mut direct, mut albedo, mut count) = (Rgb::ZERO, Rgb::ZERO, 0);
             let landings = self.links.as_ref().map(|l| l.landings(2 * cell + side as u32));
-            let unreached = landings.is_some_and(<[_]>::is_empty);
-            for i in 0..if unreached { 1 } else { self.settings.direct_samples } {
-                let b = match landings {
-                    Some(l) if !unreached => Vec2::new(l[i as usize % l.len()].u, l[i as usize % l.len()].v),
-                    _ => self.points.barycentrics(cell, &sobol, i),
-                };
-                if !self.points.exists(cell, b) {
-                    continue;
-                }
-                let s = world.geometry.surface(triangle, b.x, b.y);
-                let pairs = 1 + 2 * side as u32;
-                let mut sample = |_: u32| (sobol.sample_1d(i, pairs), sobol.sample_2d(i, pairs + 1));
-                let (e, rays) = direct_irradiance(world, s.p, s.ng * sign, s.ns * sign, 1, &mut sample);
-                direct += e * s.albedo;
-                albedo += s.albedo;
-                count += 1;
-                out.rays += rays;
-            }
-            if count == 0 {
-                continue;
-            }
+            let count = if landings.is_some_and(<[_]>::is_empty) { 1 } else { self.settings.direct_samples };
+            let (reflected, rays) = self.points.reflected(cell, side, landings.unwrap_or_default(), count);
+            out.rays += rays;
+            let Some([direct, albedo]) = reflected else { continue };
             let (indirect, starved) = self.indirect(cell, side, scratch);
-            out.direct[side as usize] = direct / count as f32;
-            out.albedo[side as usize] = albedo / count as f32;
+            out.direct[side as usize] = direct;
+            out.albedo[side as usize] = albedo;
             out.indirect[side as usize] = indirect;
             out.sides += 1;
             out.starved += u32::from(starved);
@@ -223,21 +234,103 @@ impl Solver<'_> {
     }
 }
 
-/// Traces photons (phase `photons`) and computes the radiosity of every cell (phase `cells`).
+/// What reflects and can be seen, by 2 · cell + side.
+fn live<'a>(world: &'a World, cells: &'a Cells) -> impl Fn(u32) -> bool + Sync + 'a {
+    move |side: u32| {
+        let cell = side / 2;
+        let albedo = world.geometry.material(cells.triangle_of[cell as usize]).albedo;
+        albedo.max_element() > 0.0 && (side & 1 == 0 || !cells.one_sided[cell as usize])
+    }
+}
+
+/// What an extension added.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Extended {
+    /// Sides gathered.
+    pub sides: usize,
+    /// Sweeps over them.
+    pub sweeps: u32,
+    /// Relative change of irradiance in the last sweep.
+    pub residual: f32,
+}
+
+/// Gathers the sides that only `views` reach (phase `gather`). What was gathered before stays as it is, bit for bit, and lights the new sides;
+/// radiosity by other estimates than `gather` is whole already.
+///
+/// # Errors
+/// [`crate::error::Error::Interrupted`].
+pub fn extend(
+    world: &World,
+    cells: &Cells,
+    radiosity: &mut CellRadiosity,
+    settings: &PhotonSettings,
+    views: &[Camera],
+    seed: u64,
+    run: &Run,
+) -> Result<Extended> {
+    if settings.estimate != Estimate::Gather || radiosity.gathered.len() != 2 * cells.len() {
+        return Ok(Extended::default());
+    }
+    let phase = run.phase("gather", 2 * cells.len() as u64);
+    let links = Links::new(world, cells, settings, views, radiosity.gathered.clone(), &live(world, cells), seed, run, &phase)?;
+    if links.len() == 0 {
+        return Ok(Extended::default());
+    }
+    let points = Points { world, cells, masks: world.geometry.masks(), seed };
+    let place = |side: u32| (side / 2, if side & 1 == 0 { Side::Front } else { Side::Back });
+    // Sides of before as sources of fixed radiosity: they reflect nothing more.
+    let every = |of: &dyn Fn(u32, Side) -> Rgb| -> Vec<Rgb> { (0..2 * cells.len() as u32).map(place).map(|(cell, side)| of(cell, side)).collect() };
+    let (mut direct, mut indirect) = (every(&|c, s| radiosity.get(c, s)), every(&|c, s| radiosity.indirect(c, s)));
+    let mut albedo = vec![Rgb::ZERO; direct.len()];
+    let reflected: Vec<_> = run.install(|| {
+        links
+            .sides()
+            .par_iter()
+            .with_min_len(BLOCK)
+            .map(|&side| {
+                let (cell, face) = place(side);
+                points.reflected(cell, face, links.landings(side), settings.direct_samples)
+            })
+            .collect()
+    });
+    run.check()?;
+    run.rays.add(RayKind::Shadow, reflected.iter().map(|r| r.1).sum());
+    for (&side, (found, _)) in links.sides().iter().zip(&reflected) {
+        [direct[side as usize], albedo[side as usize]] = found.unwrap_or_default();
+    }
+    let swept = links.solve(&direct, &albedo, &mut indirect, world.lights.sky, settings.gather_sweeps, run)?;
+    for &side in links.sides() {
+        let (cell, face) = place(side);
+        let (b, e) = match face {
+            Side::Front => (&mut radiosity.front, &mut radiosity.indirect_front),
+            Side::Back => (&mut radiosity.back, &mut radiosity.indirect_back),
+        };
+        e[cell as usize] = indirect[side as usize];
+        b[cell as usize] = direct[side as usize] + albedo[side as usize] * indirect[side as usize];
+    }
+    let sides = links.len();
+    radiosity.gathered = links.reached();
+    Ok(Extended { sides, sweeps: swept.sweeps, residual: swept.residual })
+}
+
+/// Traces photons (phase `photons`) and computes the radiosity of every cell (phase `cells`), as the world's camera needs it.
 ///
 /// # Errors
 /// [`crate::error::Error::Setting`] for settings out of range, [`crate::error::Error::Interrupted`].
 pub fn solve(world: &World, cells: &Cells, settings: &PhotonSettings, seed: u64, run: &Run) -> Result<(CellRadiosity, ProxyStats)> {
+    solve_for(world, cells, settings, std::slice::from_ref(&world.camera), seed, run)
+}
+
+/// As [`solve`], for all of `views` at once.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_for(world: &World, cells: &Cells, settings: &PhotonSettings, views: &[Camera], seed: u64, run: &Run) -> Result<(CellRadiosity, ProxyStats)> {
     settings.validate()?;
     let traced = trace(world, cells, settings.count, seed, run)?;
     let links = if settings.estimate == Estimate::Gather {
         let phase = run.phase("gather", 2 * cells.len() as u64);
-        let live = |side: u32| {
-            let cell = side / 2;
-            let albedo = world.geometry.material(cells.triangle_of[cell as usize]).albedo;
-            albedo.max_element() > 0.0 && (side & 1 == 0 || !cells.one_sided[cell as usize])
-        };
-        Some(Links::new(world, cells, settings, &live, seed, run, &phase)?)
+        Some(Links::new(world, cells, settings, views, vec![false; 2 * cells.len()], &live(world, cells), seed, run, &phase)?)
     } else {
         None
     };
@@ -312,6 +405,7 @@ pub fn solve(world: &World, cells: &Cells, settings: &PhotonSettings, seed: u64,
         indirect_front: every(0, &|i| indirect[i]),
         indirect_back: every(1, &|i| indirect[i]),
         coverage,
+        gathered: solver.links.map_or_else(Vec::new, |links| links.reached()),
     };
     Ok((radiosity, stats))
 }

@@ -6,6 +6,7 @@ pub mod chart;
 mod compare;
 pub mod curves;
 pub mod export;
+pub mod flicker;
 mod flip;
 pub mod info;
 pub mod methods;

@@ -5,7 +5,9 @@
 pub mod builtin;
 mod cage;
 mod camera;
+mod camera_path;
 mod curves;
+mod fingerprint;
 mod light;
 mod material;
 mod mesh;
@@ -13,7 +15,9 @@ mod texture;
 
 pub use cage::{Boundary, Cage, INFINITE_SHARPNESS, UvRule};
 pub use camera::Camera;
+pub use camera_path::CameraPath;
 pub use curves::{Basis, Curves};
+pub use fingerprint::Fingerprint;
 pub use light::Light;
 pub use material::{Material, TextureId};
 pub use mesh::{Mesh, Sides};

@@ -1,9 +1,7 @@
 //! Records in a file: one binary little-endian PLY, element `vertex`, every number under its name; viewers show it as coloured points.
 //!
 //! ```text
-//! comment nearfar irradiance cache 1          format version
-//! comment scene 0123456789abcdef              hash of triangles, materials, lights, cells and proxy settings; not of camera and seed
-//! comment settings {…}                        cache settings as JSON, those of the final pass left out
+//! comment nearfar irradiance cache 2          and the rest of a crate::method::key
 //! ```
 //! A file of another scene, of other settings or of another version is refused, with the first difference named; so are files that are cut
 //! short or hold numbers that are no record. Floats are stored as they are: what is loaded is bit for bit what was saved.
@@ -12,18 +10,17 @@ use std::path::Path;
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
 
 use super::record::CacheRecord;
 use super::settings::CacheSettings;
 use crate::error::{Error, Result};
+use crate::method::key::Key;
 use crate::method::ply;
 use crate::method::stage::Inputs;
 use crate::radiometry::Rgb;
-use crate::sampling::hash64;
-use crate::shading::World;
+use crate::scene::Fingerprint;
 
-const VERSION: &str = "nearfar irradiance cache 1";
+const VERSION: u32 = 2;
 
 /// One line of the file.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -156,68 +153,12 @@ impl Row {
     }
 }
 
-/// What a file's records belong to.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Key {
-    scene: String,
-    settings: Map<String, Value>,
-}
-
-impl Key {
-    /// Of a scene, its proxy and the cache's settings.
-    pub fn new(world: &World, inputs: &Inputs<'_>, settings: &CacheSettings) -> Self {
-        let scene = format!("{:016x}", scene_hash(world, inputs));
-        let mut settings = match serde_json::to_value(settings) {
-            Ok(Value::Object(map)) => map,
-            _ => Map::new(),
-        };
-        settings.retain(|key, _| key != "reach" && key != "extrapolation");
-        Self { scene, settings }
-    }
-
-    fn comments(&self) -> Vec<String> {
-        vec![VERSION.into(), format!("scene {}", self.scene), format!("settings {}", Value::Object(self.settings.clone()))]
-    }
-
-    /// Why a file with these comments does not belong here.
-    fn difference(&self, comments: &[String]) -> Option<String> {
-        let find = |name: &str| comments.iter().find_map(|c| c.strip_prefix(name)).map(str::trim);
-        let Some(version) = find("nearfar irradiance cache") else {
-            return Some("is no irradiance cache: it does not have the comment \"nearfar irradiance cache\"".into());
-        };
-        if VERSION.rsplit(' ').next() != Some(version) {
-            return Some(format!("is an irradiance cache of version {version}; this program reads \"{VERSION}\": render it again"));
-        }
-        if find("scene ") != Some(self.scene.as_str()) {
-            return Some("is the cache of another scene, or of other lights or photon settings: render without --load-cache".into());
-        }
-        let stored: Map<String, Value> = find("settings ").and_then(|text| serde_json::from_str(text).ok()).unwrap_or_default();
-        self.settings.iter().find(|(key, value)| stored.get(*key) != Some(value)).map(|(key, value)| {
-            let stored = stored.get(key).map_or_else(|| "not there".into(), Value::to_string);
-            format!("was made with other settings: cache.{key} is {stored} there and {value} here; set them alike")
-        })
-    }
-}
-
-fn scene_hash(world: &World, inputs: &Inputs<'_>) -> u64 {
-    fn words(h: u64, v: impl IntoIterator<Item = u64>) -> u64 {
-        v.into_iter().fold(h, |h, v| hash64(h ^ v).wrapping_add(0x9e37_79b9_7f4a_7c15))
-    }
-    let bytes = |h: u64, b: &[u8]| words(h, b.iter().map(|&b| u64::from(b)).chain([b.len() as u64]));
-    let g = &world.geometry;
-    let mut h = words(0, [g.positions.len() as u64, g.triangles.len() as u64]);
-    h = words(h, g.positions.iter().chain(&g.normals).flat_map(|p| p.to_array()).map(|v| u64::from(v.to_bits())));
-    h = words(h, g.uvs.iter().flat_map(|p| p.to_array()).map(|v| u64::from(v.to_bits())));
-    h = words(h, g.triangles.iter().flatten().chain(&g.material_of).map(|&v| u64::from(v)));
-    for material in &g.materials {
-        h = bytes(h, format!("{material:?}").as_bytes());
-    }
-    for texture in &g.textures {
-        h = bytes(bytes(h, texture.srgb.as_flattened()), &texture.mask);
-    }
-    h = bytes(h, format!("{:?}", world.lights).as_bytes());
-    h = bytes(h, format!("{:?}", inputs.photon).as_bytes());
-    words(h, [u64::from(inputs.near_cell.to_bits())])
+/// What a file of records belongs to: a scene, its proxy and the cache's settings; those of the final pass are left out.
+pub fn key(scene: Fingerprint, inputs: &Inputs<'_>, settings: &CacheSettings) -> Key {
+    Key::new("irradiance cache", VERSION, scene)
+        .with("cache", settings, &["reach", "extrapolation"])
+        .with("photon", inputs.photon, &[])
+        .with_value("decompose.near_cell", inputs.near_cell)
 }
 
 /// Writes records, in order.

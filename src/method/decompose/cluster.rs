@@ -14,12 +14,14 @@ use crate::record::ShadingPoints;
 use crate::sampling::{Rng, Stream, hash64};
 
 /// Groups of shading points; arrays over clusters, members in one array.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Clusters {
     /// Mean position.
     pub center: Vec<Vec3>,
     /// Normalised mean normal.
     pub normal: Vec<Vec3>,
+    /// Position of the member nearest to the centre: what points must see to be served.
+    pub anchor: Vec<Vec3>,
     /// Largest distance of a member from the centre.
     pub radius: Vec<f32>,
     /// Members of cluster i are `members[start[i]..start[i + 1]]`.
@@ -42,6 +44,28 @@ impl Clusters {
     /// Alpha and reach of a cluster as multiples of the picture's.
     pub fn scale_of(&self, cluster: usize) -> f32 {
         self.scale.get(cluster).copied().unwrap_or(1.0)
+    }
+    /// Adds clusters made from other points: those that were there keep their places and lose their members, whose points are gone.
+    pub fn append(&mut self, new: Self) {
+        let earlier = self.len();
+        self.forget_members();
+        self.start.pop();
+        self.start.extend(if new.start.is_empty() { vec![0] } else { new.start });
+        self.members = new.members;
+        self.center.extend(new.center);
+        self.normal.extend(new.normal);
+        self.anchor.extend(new.anchor);
+        self.radius.extend(new.radius);
+        if !(self.scale.is_empty() && new.scale.is_empty()) {
+            self.scale.resize(earlier, 1.0);
+            self.scale.extend(new.scale);
+            self.scale.resize(self.center.len(), 1.0);
+        }
+    }
+    /// Leaves all clusters without members.
+    pub fn forget_members(&mut self) {
+        self.start = vec![0; self.len() + 1];
+        self.members.clear();
     }
     /// Members of a cluster.
     pub fn members_of(&self, cluster: usize) -> &[u32] {
@@ -80,6 +104,12 @@ pub fn cluster(points: &ShadingPoints, mut chosen: Vec<u32>, radius: f32, normal
     summarize(points, split(points, &mut chosen, &Bounds { radius, normal_cos }, seed, 1))
 }
 
+/// The member nearest to `center`.
+pub fn anchor(points: &ShadingPoints, members: &[u32], center: Vec3) -> u32 {
+    let distance = |i: u32| points.p[i as usize].distance_squared(center);
+    members.iter().copied().min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b))).unwrap_or(0)
+}
+
 /// Clusters with the given members, none empty.
 pub fn summarize(points: &ShadingPoints, groups: impl IntoIterator<Item = Vec<u32>>) -> Clusters {
     let mut out = Clusters { start: vec![0], ..Clusters::default() };
@@ -87,6 +117,7 @@ pub fn summarize(points: &ShadingPoints, groups: impl IntoIterator<Item = Vec<u3
         let c = centre(points, &group);
         out.center.push(c.p);
         out.normal.push(c.n);
+        out.anchor.push(points.p[anchor(points, &group, c.p) as usize]);
         out.radius.push(group.iter().map(|&i| points.p[i as usize].distance(c.p)).fold(0.0, f32::max));
         out.members.extend(group);
         out.start.push(out.members.len() as u32);

@@ -61,7 +61,7 @@ pub fn sample(
     };
     let hits: Vec<Vec<FarHit>> = run.install(|| (0..clusters.len()).into_par_iter().with_min_len(8).map(each).collect());
     run.check()?;
-    let sight = settings.sight.then(|| run.install(|| Sight::new(world, points, clusters)));
+    let sight = settings.sight.then(|| Sight::new(world, clusters));
     let pool = Pool::new(clusters, &hits, sight.as_ref(), settings, lengths);
     let each = |c: usize| {
         let mut sh = ShRgb::default();

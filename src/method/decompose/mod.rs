@@ -16,6 +16,9 @@
 //! | 2 | [`alpha`], [`validity`] | clusters of their own size; clusters and points on one side of a wall |
 //! | 3 | [`interpolate`], [`near_rays`] and [`filter`], or [`near`] and [`near_sets`]; [`reconstruct`] | SH, cells → irradiance at every point |
 //!
+//! Proxy, clusters and SH belong to the scene, not to the view: [`store`] keeps them in a file, [`extend`] adds what another camera sees, and
+//! `plan` makes them for all frames of a camera path; [`NearNoise`] says what the noise of pass 3 sticks to, [`near_boxes`] keeps it there.
+//!
 //! Guarantees  bit-identical for any thread count; alpha = 0 is a plain SH gather; alpha = ∞ with `near_hits = "ignore"` is the sum over
 //!             all cells. Not: visibility among near cells with `assumed` (`traced` and
 //!             `triangles+rays` test it at a price).
@@ -23,19 +26,26 @@
 
 pub mod alpha;
 pub mod cluster;
+pub mod extend;
 pub mod far;
 pub mod filter;
 pub mod interpolate;
 pub mod near;
+pub mod near_boxes;
+mod near_noise;
 pub mod near_rays;
 pub mod near_sets;
+mod plan;
 pub mod pool;
 pub mod reconstruct;
 mod render;
 mod settings;
+pub mod store;
 pub mod validity;
 
-pub use render::{Prepared, prepare, render};
+pub use near_noise::NearNoise;
+pub use plan::plan;
+pub use render::{Prepared, picture, picture_with, prepare, render, resume};
 pub use settings::{AlphaMode, DecomposeSettings, Length, Lengths, NearHits, NearIntegral, NearVisibility, Overlap};
 
 /// Membership of a cell at distance `d` in the near ball: 1 up to ¾ alpha, smoothstep to 0 at alpha. The one function that the ray rule

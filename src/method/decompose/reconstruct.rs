@@ -84,6 +84,30 @@ fn overlap_scale(far: Rgb, covered: Rgb, form_factor: f32) -> f32 {
     k
 }
 
+/// Settings of points that no cluster may serve. They are few: a quarter of a cluster's rays.
+pub(super) fn alone(settings: &DecomposeSettings) -> DecomposeSettings {
+    DecomposeSettings { rays: settings.rays.div_ceil(4), ..settings.clone() }
+}
+
+/// The far field at point `i`, the cluster of the largest weight and alpha there; sampled as [`alone`] says where no cluster may serve.
+pub(super) fn far_at(
+    world: &World,
+    proxy: Proxy<'_>,
+    points: &ShadingPoints,
+    i: usize,
+    field: &FarField<'_>,
+    alone: &DecomposeSettings,
+    alpha: f32,
+    seed: u64,
+) -> (ShRgb, Option<u32>, f32) {
+    /// Keys their random numbers apart from those of clusters.
+    const OWN: u64 = 1 << 40;
+    match field.at(points.p[i], points.ns[i]) {
+        Some(far) => (far.sh, Some(far.cluster), alpha * far.scale),
+        None => (sample_cluster(world, proxy, points, &[i as u32], alone, alpha, seed, OWN | i as u64), None, alpha),
+    }
+}
+
 /// Irradiance at every point (phase `reconstruct`).
 ///
 /// # Errors
@@ -99,12 +123,28 @@ pub fn reconstruct(
     seed: u64,
     run: &Run,
 ) -> Result<Vec<PointIrradiance>> {
+    reconstruct_with(world, proxy, points, field, tree, sets, None, settings, seed, run)
+}
+
+/// As [`reconstruct`]; with `near`, the near part by short rays is given for every point.
+///
+/// # Errors
+/// As [`reconstruct`].
+pub fn reconstruct_with(
+    world: &World,
+    proxy: Proxy<'_>,
+    points: &ShadingPoints,
+    field: &FarField<'_>,
+    tree: Option<&NearTree>,
+    sets: Option<&NearSets>,
+    near: Option<&[NearPart]>,
+    settings: &DecomposeSettings,
+    seed: u64,
+    run: &Run,
+) -> Result<Vec<PointIrradiance>> {
     const BLOCK: usize = 256;
-    /// Keys the random numbers of points that sample for themselves apart from those of clusters.
-    const OWN: u64 = 1 << 40;
     let alpha = settings.lengths(world.diagonal).alpha;
-    // Points that no cluster may serve are few: a quarter of a cluster's rays.
-    let alone = DecomposeSettings { rays: settings.rays.div_ceil(4), ..settings.clone() };
+    let alone = alone(settings);
     let phase = run.phase("reconstruct", points.len() as u64);
     let blocks: Vec<Vec<PointIrradiance>> = run.install(|| {
         (0..points.len().div_ceil(BLOCK))
@@ -119,17 +159,17 @@ pub fn reconstruct(
                 let out = range
                     .map(|i| {
                         let (p, n) = (points.p[i], points.ns[i]);
-                        let (sh, cluster, alpha) = match field.at(p, n) {
-                            Some(far) => (far.sh, Some(far.cluster), alpha * far.scale),
-                            None => {
-                                own += u64::from(alone.rays);
-                                (sample_cluster(world, proxy, points, &[i as u32], &alone, alpha, seed, OWN | i as u64), None, alpha)
-                            }
-                        };
+                        let (sh, cluster, alpha) = far_at(world, proxy, points, i, field, &alone, alpha, seed);
+                        own += if cluster.is_none() { u64::from(alone.rays) } else { 0 };
                         if settings.near_visibility == NearVisibility::Rays {
+                            if let Some(near) = near {
+                                let far = sh.irradiance(n);
+                                return PointIrradiance { total: far + near[i].irradiance, far, cluster, near_cells: 0, closeness: near[i].closeness };
+                            }
                             rays += u64::from(settings.near_rays);
                             let far = sh.irradiance(n);
-                            let (near, near_cells) = near_by_rays(world, proxy, &sh, p, points.ng[i], n, points.footprint[i], settings, alpha, seed, i as u64);
+                            let key = settings.near_noise.element(points, i);
+                            let (near, near_cells) = near_by_rays(world, proxy, &sh, p, points.ng[i], n, points.footprint[i], settings, alpha, seed, key);
                             return PointIrradiance { total: far + near.irradiance, far, cluster, near_cells, closeness: near.closeness };
                         }
                         let mut rng = Rng::new(seed, Stream::Near, i as u64, 0);

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::NearNoise;
 use crate::error::{Error, Result};
 use crate::sh::MAX_BANDS;
 
@@ -168,6 +169,8 @@ pub struct DecomposeSettings {
     pub near_rays: u32,
     /// With `near_visibility = "triangles+rays"`: share of the far irradiance below which a cell seen in part is not tested.
     pub near_tolerance: f32,
+    /// What their noise sticks to when the camera moves. `nearfar fly` takes `world` unless told otherwise.
+    pub near_noise: NearNoise,
     /// Window radius of the filter over their noise, pixels; 0: off.
     pub near_filter: u32,
     /// Reach of the filter as a fraction of the mean distance to what is near.
@@ -199,6 +202,7 @@ impl Default for DecomposeSettings {
             near_visibility: NearVisibility::default(),
             near_rays: 16,
             near_tolerance: 0.01,
+            near_noise: NearNoise::default(),
             near_filter: 4,
             near_filter_reach: 0.12,
             overlap: Overlap::default(),

@@ -21,7 +21,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::cluster::{Clusters, summarize};
+use super::cluster::{Clusters, anchor, summarize};
 use crate::math::Ray;
 use crate::record::ShadingPoints;
 use crate::shading::World;
@@ -39,12 +39,6 @@ pub fn free(world: &World, a: (Vec3, Vec3), b: (Vec3, Vec3)) -> bool {
     let from = a.0 + a.1 * (LIFT * d + CONVEX * (-between.dot(a.1)).max(0.0));
     let to = b.0 + b.1 * (LIFT * d + CONVEX * between.dot(b.1).max(0.0));
     !world.rays.occluded(&Ray::segment(from, to))
-}
-
-/// The member nearest to the mean position.
-fn anchor(points: &ShadingPoints, members: &[u32], center: Vec3) -> u32 {
-    let distance = |i: u32| points.p[i as usize].distance_squared(center);
-    members.iter().copied().min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b))).unwrap_or(0)
 }
 
 /// Cuts every cluster into groups whose members see the group's anchor.
@@ -80,16 +74,9 @@ pub struct Sight<'a> {
 }
 
 impl<'a> Sight<'a> {
-    /// For the given clusters of these points.
-    pub fn new(world: &'a World, points: &ShadingPoints, clusters: &Clusters) -> Self {
-        let anchors: Vec<(Vec3, Vec3)> = (0..clusters.len())
-            .into_par_iter()
-            .map(|c| {
-                let i = anchor(points, clusters.members_of(c), clusters.center[c]) as usize;
-                (points.p[i], points.ns[i])
-            })
-            .collect();
-        Self { world, anchors }
+    /// For the given clusters.
+    pub fn new(world: &'a World, clusters: &Clusters) -> Self {
+        Self { world, anchors: clusters.anchor.iter().copied().zip(clusters.normal.iter().copied()).collect() }
     }
 
     /// Whether two clusters see each other.
