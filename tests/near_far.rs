@@ -135,7 +135,7 @@ fn leaks(scene: &Scene, bright: impl Fn(Vec3) -> bool, dark: impl Fn(Vec3) -> bo
         let clusters = if sight { separate(&w, &points, &plain) } else { plain.clone() };
         let (sh, _) = sample(&w, proxy, &points, &clusters, &settings, 0, &run).unwrap();
         let field = FarField::new(&clusters, &sh, lengths.blend_radius, settings.blend_normal_power);
-        let field = if sight { field.with_sight(Sight::new(&w, &points, &clusters)) } else { field };
+        let field = if sight { field.with_sight(Sight::new(&w, &clusters)) } else { field };
         let found = reconstruct(&w, proxy, &points, &field, None, None, &settings, 0, &run).unwrap();
         found.iter().zip(&points.p).filter(|(f, p)| dark(**p) && f.total.x > 1e-3).count()
     };

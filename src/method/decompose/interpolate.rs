@@ -151,8 +151,7 @@ mod tests {
             normal: vec![Vec3::Z; 3],
             radius: vec![0.1; 3],
             start: vec![0; 4],
-            members: vec![],
-            scale: vec![],
+            ..Clusters::default()
         };
         let mut constant = ShRgb::default();
         constant.0[0] = Rgb::new(1.0, 2.0, 3.0);
