@@ -66,7 +66,13 @@ fn alpha_zero_is_a_plain_gather() {
     let cells = Cells::new(&w.geometry, 0.1).unwrap();
     let radiosity = random_radiosity(&cells);
     let proxy = Proxy { cells: &cells, radiosity: &radiosity };
-    let settings = DecomposeSettings { alpha: Length::Units(0.0), cluster_radius: Some(Length::Units(0.2)), rays: 100, ..DecomposeSettings::default() };
+    let settings = DecomposeSettings {
+        alpha: Length::Units(0.0),
+        cluster_radius: Some(Length::Units(0.2)),
+        rays: 100,
+        pool_radius: Some(Length::Units(0.0)),
+        ..DecomposeSettings::default()
+    };
     let samples = camera_samples(&w, &RecordSettings { spp: 1, ..RecordSettings::default() }, &Default::default(), 0, &run).unwrap();
     let points = &samples.points;
     let clusters = cluster::cluster(points, (0..points.len() as u32).collect(), 0.2, 0.7, 0);

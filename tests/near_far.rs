@@ -127,8 +127,8 @@ fn leaks(scene: &Scene, bright: impl Fn(Vec3) -> bool, dark: impl Fn(Vec3) -> bo
     let proxy = Proxy { cells: &cells, radiosity: &radiosity };
     let record = RecordSettings { spp: 1, ..RecordSettings::default() };
     let points = camera_samples(&w, &record, &Default::default(), 0, &run).unwrap().points;
-    // Without the filter, which averages over the picture and is not what is judged: it carries traces past the wall's edge (18 points of 609).
-    let settings = DecomposeSettings { alpha: Length::Units(0.2), rays: 256, near_filter: 0, ..DecomposeSettings::default() };
+    let cluster_radius = Some(Length::Units(0.1));
+    let settings = DecomposeSettings { alpha: Length::Units(0.2), cluster_radius, rays: 256, ..DecomposeSettings::default() };
     let lengths = settings.lengths(w.diagonal);
     let plain = cluster(&points, (0..points.len() as u32).collect(), lengths.cluster_radius, settings.cluster_normal_cos, 0);
     let count = |sight: bool| {

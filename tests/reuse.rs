@@ -212,9 +212,9 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
         let bytes = [&good[..at], to.as_bytes(), &good[at + from.len()..]].concat();
         std::fs::write(&file, bytes).unwrap();
     };
-    text("decomposition 1", "decomposition 7");
-    refused(&own, "is of version 7; this program reads \"nearfar decomposition 1\"");
-    text("nearfar decomposition 1", "nearfar irradiance cache 2");
+    text("decomposition 2", "decomposition 7");
+    refused(&own, "is of version 7; this program reads \"nearfar decomposition 2\"");
+    text("nearfar decomposition 2", "nearfar irradiance cache 2");
     refused(&own, "is no decomposition");
     text("property float radius", "property float width");
     refused(&own, "other columns");
@@ -337,7 +337,7 @@ fn caches_as_a_user_types_them() {
     let stats: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
     assert!(stats["clusters_loaded"] == stats["clusters"] && stats["rays"]["photon"] == 0 && stats["rays"]["sample"].as_u64().unwrap() < 200_000, "{stats}");
     let (code, _, err) = run(&["-o", &b, "--load-cache", &cache, "--set", "decompose.rays=100"]);
-    assert!(code == 2 && err.contains("c.ply: was made with other settings: decompose.rays is 512 there and 100 here"), "{err}");
+    assert!(code == 2 && err.contains("c.ply: was made with other settings: decompose.rays is 384 there and 100 here"), "{err}");
     let (code, _, err) = run(&["-o", &b, "--load-cache", &cache, "--method", "irradiance-cache"]);
     assert!(code == 2 && err.contains("is no irradiance cache"), "{err}");
     let (code, _, err) = run(&["-o", &b, "--load-cache", &cache, "--method", "path"]);

@@ -31,7 +31,8 @@ pub struct NearPart {
 }
 
 /// Filters the near part over windows of `radius` pixels in an image `width` pixels wide.
-pub fn filter(points: &ShadingPoints, near: &[NearPart], width: u32, radius: u32, reach: f32) -> Vec<Rgb> {
+/// `apart(i, j)` names points that may not share.
+pub fn filter(points: &ShadingPoints, near: &[NearPart], width: u32, radius: u32, reach: f32, apart: impl Fn(usize, usize) -> bool + Sync) -> Vec<Rgb> {
     let height = points.pixel.last().map_or(0, |&p| p / width + 1);
     let mut first = vec![0u32; (width * height) as usize + 1];
     points.pixel.iter().for_each(|&p| first[p as usize + 1] += 1);
@@ -47,6 +48,9 @@ pub fn filter(points: &ShadingPoints, near: &[NearPart], width: u32, radius: u32
         }
     };
     let kin = |i: usize, j: usize| {
+        if i != j && apart(i, j) {
+            return 0.0;
+        }
         let c = points.ns[i].dot(points.ns[j]).max(0.0);
         let c = c * c;
         let c = c * c;

@@ -11,9 +11,11 @@
 //! Cost    a uniform grid of side R: a few tens of candidates a query.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::cluster::Clusters;
 use super::validity::Sight;
+use crate::photon::KdTree;
 use crate::sh::ShRgb;
 
 /// Clusters with their SH, indexed by position.
@@ -69,6 +71,23 @@ impl<'a> FarField<'a> {
         field.order.sort_by_key(|&i| slots[i as usize]);
         field.start = start;
         field
+    }
+
+    /// By cluster, those within the reach of interpolation and facing alike that it does not see; empty without a test of sight.
+    pub fn hidden_pairs(&self) -> Vec<Vec<u32>> {
+        let Some(sight) = &self.sight else { return Vec::new() };
+        let Clusters { center, normal, .. } = self.clusters;
+        let tree = KdTree::new(center.iter().copied());
+        let hidden = |a: usize| {
+            let mut list = Vec::new();
+            tree.within(center[a], self.radius, |b, _| {
+                if normal[a].dot(normal[b as usize]) > 0.5 && !sight.between(a, b as usize) {
+                    list.push(b);
+                }
+            });
+            list
+        };
+        (0..center.len()).into_par_iter().map(hidden).collect()
     }
 
     /// With only those clusters in play that `sight` lets serve a point.

@@ -189,7 +189,12 @@ pub fn reconstruct_with(
     if settings.near_visibility == NearVisibility::Rays {
         if settings.near_filter > 0 {
             let near: Vec<NearPart> = found.iter().map(|f| NearPart { irradiance: f.total - f.far, closeness: f.closeness }).collect();
-            let near = run.install(|| filter(points, &near, world.camera.width, settings.near_filter, settings.near_filter_reach));
+            let hidden = run.install(|| field.hidden_pairs());
+            let apart = |i: usize, j: usize| match (found[i].cluster, found[j].cluster) {
+                (Some(a), Some(b)) => hidden.get(a as usize).is_some_and(|h| h.contains(&b)),
+                _ => !hidden.is_empty(),
+            };
+            let near = run.install(|| filter(points, &near, world.camera.width, settings.near_filter, settings.near_filter_reach, apart));
             found.iter_mut().zip(near).for_each(|(f, near)| f.total = f.far + near);
         }
         found.iter_mut().for_each(|f| f.total = f.total.max(Rgb::ZERO));
