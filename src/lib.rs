@@ -19,6 +19,7 @@
 //! | [`photon`] (6) | `World` → `PhotonMap` → radiosity of cells: the proxy |
 //! | [`film`] (6) | layers → EXR, PNG |
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
+//! | [`points`] (6) | `Geometry` → `Cloud` of discs → hierarchy → occlusion and irradiance without rays |
 //! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, direct, photon-map: siblings |
 //! | [`config`], [`report`], [`cli`] (8–9) | settings, comparison and benchmark tables, the command line |
 //!
@@ -46,6 +47,7 @@ pub mod load;
 pub mod math;
 pub mod method;
 pub mod photon;
+pub mod points;
 pub mod radiometry;
 pub mod record;
 pub mod report;

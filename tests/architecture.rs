@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Rooms that may be imported by rooms of the same or a higher rank.
-const RANKS: [(&str, u32); 18] = [
+const RANKS: [(&str, u32); 19] = [
     ("error", 0),
     ("run", 0),
     ("math", 1),
@@ -19,6 +19,7 @@ const RANKS: [(&str, u32); 18] = [
     ("photon", 6),
     ("film", 6),
     ("record", 6),
+    ("points", 6),
     ("method", 7),
     ("config", 8),
     ("report", 8),
