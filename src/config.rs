@@ -13,6 +13,7 @@ use crate::method::gather::GatherSettings;
 use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
 use crate::photon::PhotonSettings;
+use crate::points::PointsSettings;
 use crate::record::RecordSettings;
 use crate::shading::DirectSettings;
 
@@ -34,6 +35,8 @@ pub struct RenderConfig {
     pub cache: CacheSettings,
     /// Final gathering.
     pub gather: GatherSettings,
+    /// Surface elements.
+    pub points: PointsSettings,
     /// Path tracing.
     pub path: PathSettings,
 }
@@ -61,6 +64,7 @@ impl RenderConfig {
         config.gather.validate()?;
         config.photon.validate()?;
         config.record.validate()?;
+        config.points.validate()?;
         Ok(config)
     }
 

@@ -8,6 +8,7 @@ pub mod locations;
 pub mod path;
 pub mod photon_map;
 pub mod ply;
+pub mod points;
 pub mod stage;
 
 use serde::{Deserialize, Serialize};
@@ -27,6 +28,8 @@ pub enum Method {
     Gather,
     /// Unidirectional path tracing: the ground truth.
     Path,
+    /// Gathered from surface elements: no ray for occlusion or indirect light.
+    Points,
     /// Direct light only.
     Direct,
     /// The proxy itself, seen directly.

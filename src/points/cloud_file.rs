@@ -1,8 +1,8 @@
 //! Clouds as files: binary little-endian PLY that MeshLab and Blender open, with the names of RenderMan's point clouds.
 //!
-//! One element `vertex` with `x y z nx ny nz _area`, then three floats `NAME_r NAME_g NAME_b` for every channel, then `red green blue`
+//! One element `vertex` with `x y z nx ny nz _area`, the byte `_one_sided`, then three floats `NAME_r NAME_g NAME_b` for every channel, then `red green blue`
 //! (bytes; the first channel at a brightness fit for looking at). Reading takes any binary little-endian PLY whose first element is
-//! `vertex`, in any order of properties: positions and normals are needed, `_area` or a `radius` as well; triples `NAME_r…` become
+//! `vertex`, in any order of properties: positions and normals are needed, `_area` or a `radius` as well; `_one_sided` is 0 where it is missing; triples `NAME_r…` become
 //! channels, the rest is passed over.
 //!
 //! Guarantees  what is written is read back bit for bit; a file is written whole or not at all; sizes are checked before allocating;
@@ -46,6 +46,7 @@ fn write(path: &Path, cloud: &Cloud, comments: &[String]) -> std::io::Result<()>
     for name in ["x", "y", "z", "nx", "ny", "nz", "_area"] {
         writeln!(out, "property float {name}")?;
     }
+    writeln!(out, "property uchar _one_sided")?;
     for channel in &cloud.channels {
         for suffix in ["r", "g", "b"] {
             writeln!(out, "property float {}_{suffix}", channel.name)?;
@@ -62,6 +63,7 @@ fn write(path: &Path, cloud: &Cloud, comments: &[String]) -> std::io::Result<()>
         for value in cloud.p[i].to_array().into_iter().chain(cloud.n[i].to_array()).chain([cloud.area[i]]) {
             out.write_all(&value.to_le_bytes())?;
         }
+        out.write_all(&[u8::from(cloud.one_sided[i])])?;
         for channel in &cloud.channels {
             for value in channel.values[i].to_array() {
                 out.write_all(&value.to_le_bytes())?;
@@ -96,6 +98,7 @@ pub fn read_cloud(path: &Path) -> Result<Cloud> {
         (None, Some(p)) => (p, true),
         _ => return Err(bad(None, "has no property \"_area\" (nor \"radius\"); bake it with `nearfar bake`".into())),
     };
+    let one_sided = find("_one_sided");
     let channels: Vec<(&str, [&Property; 3])> = header
         .properties
         .iter()
@@ -108,6 +111,7 @@ pub fn read_cloud(path: &Path) -> Result<Cloud> {
         p: Vec::with_capacity(header.count),
         n: Vec::with_capacity(header.count),
         area: Vec::with_capacity(header.count),
+        one_sided: Vec::with_capacity(header.count),
         channels: channels.iter().map(|(name, _)| Channel { name: (*name).into(), values: Vec::with_capacity(header.count) }).collect(),
     };
     let mut row = vec![0u8; header.row];
@@ -127,6 +131,7 @@ pub fn read_cloud(path: &Path) -> Result<Cloud> {
         cloud.p.push(p);
         cloud.n.push(n);
         cloud.area.push(size);
+        cloud.one_sided.push(one_sided.is_some_and(|p| p.read(&row) != 0.0));
         for ((name, of), channel) in channels.iter().zip(&mut cloud.channels) {
             let value = triple(&row, of);
             if !value.is_finite() {
@@ -260,6 +265,7 @@ mod tests {
             p: (0..100).map(|i| Vec3::new(i as f32, 0.1 * i as f32, -3.0)).collect(),
             n: (0..100).map(|i| Vec3::new(1.0, i as f32, 2.0).normalize()).collect(),
             area: (0..100).map(|i| 0.01 + i as f32).collect(),
+            one_sided: (0..100).map(|i| i % 3 == 0).collect(),
             channels: Vec::new(),
         };
         cloud.set(Cloud::RADIOSITY, (0..100).map(|i| Rgb::new(i as f32, 0.5, 1e-7)).collect());
@@ -273,7 +279,7 @@ mod tests {
         write_cloud(&path, &cloud, &["one\ntwo".into()]).unwrap();
         assert_eq!(read_cloud(&path).unwrap(), cloud);
         let text = std::fs::read(&path).unwrap();
-        let header = String::from_utf8_lossy(&text[..400]).into_owned();
+        let header = String::from_utf8_lossy(&text[..600]).into_owned();
         for line in ["comment two\n", "property float _area\n", "property float _radiosity_g\n", "property uchar red\n"] {
             assert!(header.contains(line), "{line} in {header}");
         }

@@ -3,10 +3,10 @@
 //! ```text
 //! a = Σ A_t / N (or 1 / density)        pieces of triangle t: the count of (j + ½) a in its stretch of the running sum of areas
 //! ```
-//! A triangle of k pieces is cut across its longest edge in the ratio ⌊k/2⌋ : k − ⌊k/2⌋, and both parts again: k pieces of exactly A/k,
-//! as compact as the triangle allows, without gaps or overlaps, and the pieces are the strata of whatever is sampled on them. Triangles
-//! smaller than a piece are taken by systematic sampling along the order of triangles; a piece then also carries the area of those
-//! that were passed over.
+//! A triangle of k pieces is laid in rows between its shortest edge and the corner across, about as high as a piece is wide; rows hold
+//! whole numbers of pieces and are cut evenly: k pieces of exactly A/k, without gaps or overlaps, and the strata of whatever is sampled
+//! on them. Triangles smaller than a piece are taken by systematic sampling along the order of triangles; a piece then also carries the
+//! area of those that were passed over.
 //!
 //! Input   [`Geometry`], [`Density`]. Output  [`Piece`]s in the order of triangles.
 //! Guarantees  Σ areas is the surface's up to rounding; exactly ⌊N⌉ pieces up to one; the result depends on nothing else.
@@ -27,13 +27,17 @@ pub enum Density {
     PerArea(f64),
 }
 
-/// A part of a triangle.
+/// A part of a triangle: between two lines parallel to its shortest edge, and two through the corner across.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
     /// The triangle.
     pub triangle: u32,
-    /// Corners as barycentrics (u, v) of the triangle.
-    pub corners: [Vec2; 3],
+    /// Its corner across the shortest edge, 0 to 2.
+    pub apex: u8,
+    /// Share of the triangle's area on the corner's side of the two lines.
+    pub along: [f32; 2],
+    /// Share of the shortest edge at which the lines through the corner end.
+    pub across: [f32; 2],
     /// Area, scene units squared, with that of neighbours that have no piece of their own.
     pub area: f32,
 }
@@ -42,19 +46,13 @@ pub struct Piece {
 pub const MAX_ELEMENTS: u64 = 400_000_000;
 
 impl Piece {
-    /// Barycentrics of the triangle at barycentrics (u, v) of the piece.
-    pub fn at(&self, u: f32, v: f32) -> Vec2 {
-        let [a, b, c] = self.corners;
-        a + (b - a) * u + (c - a) * v
-    }
-    /// Barycentrics of the triangle at the middle of stratum `i` of `count`, a square number.
-    pub fn stratum(&self, i: usize, count: usize) -> Vec2 {
-        let side = (count as f32).sqrt() as usize;
-        let mut b = Vec2::new(((i % side) as f32 + 1.0 / 3.0) / side as f32, ((i / side) as f32 + 1.0 / 3.0) / side as f32);
-        if b.x + b.y > 1.0 {
-            b = Vec2::ONE - b;
-        }
-        self.at(b.x, b.y)
+    /// Barycentrics (u, v) of the triangle at a point of the unit square; keeps areas.
+    pub fn at(&self, unit: Vec2) -> Vec2 {
+        let reach = (self.along[0] + (self.along[1] - self.along[0]) * unit.x).sqrt();
+        let turn = self.across[0] + (self.across[1] - self.across[0]) * unit.y;
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::Y];
+        let [a, b, c] = [0, 1, 2].map(|i| corners[(usize::from(self.apex) + i) % 3]);
+        a + (b - a) * (reach * (1.0 - turn)) + (c - a) * (reach * turn)
     }
 }
 
@@ -94,11 +92,14 @@ pub fn dice(geometry: &Geometry, density: Density) -> Result<Vec<Piece>> {
         .map(|chunk| {
             let mut out = Vec::with_capacity(chunk.iter().map(|c| c.1 as usize).sum());
             for &(triangle, k, area) in chunk {
-                // Lengths are those of the triangle laid flat.
-                let [a, b, c] = geometry.corners(triangle);
-                let (e1, e2) = (b - a, c - a);
-                let metric = [e1.length_squared(), e1.dot(e2), e2.length_squared()];
-                cut([Vec2::ZERO, Vec2::X, Vec2::Y], k, metric, &mut |corners| out.push(Piece { triangle, corners, area: area as f32 }));
+                let c = geometry.corners(triangle);
+                let length = |i: usize| c[i].distance(c[(i + 1) % 3]);
+                let shortest = (1..3).fold(0, |best, i| if length(i) < length(best) { i } else { best });
+                let own = geometry.area(triangle);
+                let rows = 2.0 * own / length(shortest) / (own / k as f32).sqrt();
+                rows_of(k, rows.round().clamp(1.0, k as f32) as u32, &mut |along, across| {
+                    out.push(Piece { triangle, apex: (shortest as u8 + 2) % 3, along, across, area: area as f32 });
+                });
             }
             out
         })
@@ -106,25 +107,19 @@ pub fn dice(geometry: &Geometry, density: Density) -> Result<Vec<Piece>> {
     Ok(blocks.concat())
 }
 
-/// Cuts into `k` parts of equal area; `metric` is the first fundamental form of (u, v).
-fn cut(c: [Vec2; 3], k: u32, metric: [f32; 3], emit: &mut impl FnMut([Vec2; 3])) {
-    if k == 1 {
-        emit(c);
-        return;
+/// `k` parts of equal area in about `rows` rows.
+fn rows_of(k: u32, rows: u32, emit: &mut impl FnMut([f32; 2], [f32; 2])) {
+    let mut before = 0;
+    for row in 1..=rows {
+        let share = f64::from(row) / f64::from(rows);
+        let after = (f64::from(k) * share * share).round() as u32;
+        let here = after - before;
+        for i in 0..here {
+            let [low, high] = [before, after].map(|c| (f64::from(c) / f64::from(k)) as f32);
+            emit([low, high], [i as f32 / here as f32, (i + 1) as f32 / here as f32]);
+        }
+        before = after;
     }
-    let length = |i: usize| {
-        let d = c[(i + 1) % 3] - c[i];
-        metric[0] * d.x * d.x + 2.0 * metric[1] * d.x * d.y + metric[2] * d.y * d.y
-    };
-    let edge = (0..3).fold(0, |best, i| if length(i) > length(best) { i } else { best });
-    let (i, j) = (edge, (edge + 1) % 3);
-    let first = k / 2;
-    let middle = c[i] + (c[j] - c[i]) * (first as f32 / k as f32);
-    let (mut near, mut far) = (c, c);
-    near[j] = middle;
-    far[i] = middle;
-    cut(near, first, metric, emit);
-    cut(far, k - first, metric, emit);
 }
 
 #[cfg(test)]
@@ -140,9 +135,13 @@ mod tests {
         Geometry::new(&Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Scene::default() })
     }
 
+    fn corners(g: &Geometry, piece: &Piece) -> [Vec3; 4] {
+        [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y].map(|u| piece.at(u)).map(|b| g.surface(piece.triangle, b.x, b.y).p)
+    }
+
     fn area(g: &Geometry, piece: &Piece) -> f32 {
-        let [a, b, c] = piece.corners.map(|b| g.surface(piece.triangle, b.x, b.y).p);
-        (b - a).cross(c - a).length() * 0.5
+        let [a, b, c, d] = corners(g, piece);
+        ((b - a).cross(c - a).length() + (c - a).cross(d - a).length()) * 0.5
     }
 
     proptest! {
@@ -189,10 +188,14 @@ mod tests {
     #[test]
     fn pieces_are_compact() {
         let g = geometry(vec![Vec3::ZERO, Vec3::X * 20.0, Vec3::new(0.0, 1.0, 0.0)]);
-        for piece in dice(&g, Density::Elements(777)).unwrap() {
-            let c = piece.corners.map(|b| g.surface(0, b.x, b.y).p);
-            let longest = (0..3).map(|i| c[i].distance(c[(i + 1) % 3])).fold(0.0, f32::max);
-            assert!(longest * longest < 12.0 * piece.area, "{c:?}");
-        }
+        let pieces = dice(&g, Density::Elements(777)).unwrap();
+        let slenderness = |piece: &Piece| {
+            let c = corners(&g, piece);
+            (0..4).map(|i| c[i].distance_squared(c[(i + 1) % 4])).fold(0.0, f32::max) / piece.area
+        };
+        // 1 for a square; only those in the sharp corner, narrower than a piece is wide, must be long.
+        let mean = pieces.iter().map(slenderness).sum::<f32>() / pieces.len() as f32;
+        let most = pieces.iter().map(slenderness).fold(0.0, f32::max);
+        assert!(mean < 1.6 && most < 60.0, "mean {mean}, most {most}");
     }
 }

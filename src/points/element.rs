@@ -9,11 +9,12 @@
 //! | `_radiosity_back` | light leaving the back; absent: dark |
 //! | `albedo`, `direct`, `direct_back`, `emission` | for whoever looks at the cloud, and for further bounces |
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::Piece;
 use crate::radiometry::Rgb;
-use crate::tessellate::Geometry;
+use crate::scene::Sides;
+use crate::tessellate::{Geometry, analyze_topology};
 
 /// A colour per element.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,12 +34,14 @@ pub struct Cloud {
     pub n: Vec<Vec3>,
     /// Areas, scene units squared.
     pub area: Vec<f32>,
+    /// Only the front is ever seen: closed parts, and meshes said to be one-sided.
+    pub one_sided: Vec<bool>,
     /// Further values.
     pub channels: Vec<Channel>,
 }
 
-/// Points at which a masked piece is asked whether it exists; a square number.
-const MASK_POINTS: usize = 16;
+/// Points along a side of the grid at which a masked piece is asked whether it exists.
+const MASK_SIDE: u32 = 4;
 
 impl Cloud {
     /// Channel of the light that leaves the fronts.
@@ -54,26 +57,34 @@ impl Cloud {
         let made: Vec<Option<(Vec3, Vec3, f32)>> = pieces
             .par_iter()
             .map(|piece| {
-                let (mut center, mut share) = (piece.at(1.0 / 3.0, 1.0 / 3.0), 1.0);
+                let (mut center, mut share) = (piece.at(Vec2::splat(0.5)), 1.0);
                 if let Some(masks) = &masks {
-                    let inside = (0..MASK_POINTS).map(|i| piece.stratum(i, MASK_POINTS)).filter(|b| masks.exists(piece.triangle, b.x, b.y));
-                    let (count, sum) = inside.fold((0u32, glam::Vec2::ZERO), |(n, s), b| (n + 1, s + b));
+                    let stratum = |i: u32| piece.at((Vec2::new((i % MASK_SIDE) as f32, (i / MASK_SIDE) as f32) + 0.5) / MASK_SIDE as f32);
+                    let inside = (0..MASK_SIDE * MASK_SIDE).map(stratum).filter(|b| masks.exists(piece.triangle, b.x, b.y));
+                    let (count, sum) = inside.fold((0u32, Vec2::ZERO), |(n, s), b| (n + 1, s + b));
                     if count == 0 {
                         return None;
                     }
                     center = sum / count as f32;
-                    share = count as f32 / MASK_POINTS as f32;
+                    share = count as f32 / (MASK_SIDE * MASK_SIDE) as f32;
                 }
                 let s = geometry.surface(piece.triangle, center.x, center.y);
                 Some((s.p, s.ng, piece.area * share))
             })
             .collect();
+        let topology = geometry.sides_of_mesh.contains(&Sides::Auto).then(|| analyze_topology(geometry));
+        let one_sided = |t: usize| match geometry.sides_of_mesh[geometry.mesh_of[t] as usize] {
+            Sides::One => true,
+            Sides::Two => false,
+            Sides::Auto => topology.as_ref().is_some_and(|a| a.closed_of_triangle[t]),
+        };
         let (mut cloud, mut from) = (Self::default(), Vec::with_capacity(pieces.len()));
         for (made, i) in made.into_iter().zip(0..) {
             let Some((p, n, area)) = made else { continue };
             cloud.p.push(p);
             cloud.n.push(n);
             cloud.area.push(area);
+            cloud.one_sided.push(one_sided(pieces[i as usize].triangle as usize));
             from.push(i);
         }
         (cloud, from)
