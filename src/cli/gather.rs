@@ -65,13 +65,12 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         let _phase = job.run.phase("tree", 1);
         job.run.install(|| Hierarchy::new(&cloud, settings.hitsides))?
     };
-    drop(cloud);
     if args.channel.contains(&Channel::Indirect) && !tree.is_lit() {
         return Err(Error::input(&args.cloud, None, "has no \"_radiosity\": bake it without --channels, or gather occlusion alone"));
     }
     let world = World::new(&job.scene, args.scene.backend, &job.run)?;
     warn_of_camera(&args.scene, &job.run, &world);
-    let layers = gather_picture(&world, &tree, settings, job.config.inputs(world.diagonal), &job.run)?;
+    let layers = gather_picture(&world, &cloud, &tree, settings, job.config.inputs(world.diagonal), &job.run)?;
     let mut film = film(&layers, &args.channel, world.lights.sky);
     let mut stats = serde_json::Map::new();
     stats.insert("elements".into(), tree.len().into());

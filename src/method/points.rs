@@ -14,7 +14,7 @@ use super::Rendered;
 use super::stage::Inputs;
 use crate::error::Result;
 use crate::math::{Frame, Ray};
-use crate::points::{Cloud, Gathered, Hierarchy, PointsSettings, ProxyInputs, Receiver, bake, gather_all};
+use crate::points::{Cloud, Gathered, Hierarchy, PointsSettings, ProxyInputs, Receiver, accessibility, bake, gather_all};
 use crate::radiometry::Rgb;
 use crate::record::{CameraSamples, ShadingPoints, camera_samples};
 use crate::run::{RayKind, Run};
@@ -53,15 +53,16 @@ impl PointLayers {
     }
 }
 
-/// Camera samples and a gather at every point, from a tree.
+/// Camera samples and a gather at every point, from a cloud and its tree.
 ///
 /// # Errors
 /// For settings out of range, [`crate::error::Error::Interrupted`].
-pub fn gather_picture(world: &World, tree: &Hierarchy, settings: &PointsSettings, inputs: Inputs<'_>, run: &Run) -> Result<PointLayers> {
+pub fn gather_picture(world: &World, cloud: &Cloud, tree: &Hierarchy, settings: &PointsSettings, inputs: Inputs<'_>, run: &Run) -> Result<PointLayers> {
     settings.validate()?;
     inputs.record.validate()?;
     let samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
-    let gathered = gather_all(tree, settings, &receivers(&samples.points, settings, inputs.seed), "gather", run)?;
+    let weights = accessibility(tree, cloud, world.diagonal, settings, run)?;
+    let gathered = gather_all(tree, settings, weights.as_ref(), &receivers(&samples.points, settings, inputs.seed), "gather", run)?;
     Ok(PointLayers { samples, gathered })
 }
 
@@ -83,7 +84,7 @@ pub fn render_cloud(world: &World, cloud: &Cloud, settings: &PointsSettings, inp
         let _phase = run.phase("tree", 1);
         run.install(|| Hierarchy::new(cloud, settings.hitsides))?
     };
-    let layers = gather_picture(world, &tree, settings, inputs, run)?;
+    let layers = gather_picture(world, cloud, &tree, settings, inputs, run)?;
     let sky = world.lights.sky;
     let irradiance: Vec<Rgb> = layers.gathered.iter().map(|g| g.irradiance + sky * g.open).collect();
     let mut film = layers.samples.compose(&irradiance);

@@ -41,7 +41,7 @@ const ELEMENT: u32 = 1 << 31;
 pub(super) const PLANAR: f32 = 0.98;
 /// Elements nearer than this many radii are tested direction by direction.
 const NEAR: f32 = 3.0;
-/// Rises above the receiver's plane of less than this share of the radius do not count.
+/// Elements that rise above the receiver's plane by less than this share of their radius do not count.
 const LEVEL: f32 = 1e-3;
 
 /// Gathers; one for every thread.
@@ -57,6 +57,8 @@ pub struct Gather<'a> {
     first: u32,
     /// π r² / d² below which a group is one.
     limit: f32,
+    /// Groups that rise less above the receiver's plane do not count.
+    level: f32,
     /// Groups and elements looked at so far.
     pub visited: u64,
 }
@@ -123,6 +125,7 @@ impl<'a> Gather<'a> {
             waiting: Vec::new(),
             first,
             limit: settings.maxsolidangle * std::f32::consts::FRAC_1_PI,
+            level: settings.bias + LEVEL * (tree.appearances[0].total / (std::f32::consts::PI * tree.len() as f32)).sqrt(),
             visited: 0,
         }
     }
@@ -174,10 +177,13 @@ impl<'a> Gather<'a> {
         let mut extent = node.radius;
         if height.abs() <= extent {
             let mean = node.mean_normal();
-            let cos2 = (mean.dot(r.ng).powi(2) / mean.length_squared().max(1e-12)).min(1.0);
-            extent = extent.min(node.thickness * cos2.sqrt() + node.radius * (1.0 - cos2).sqrt());
+            let inverse = 1.0 / mean.length_squared().max(1e-12);
+            let sin2 = mean.cross(r.ng).length_squared() * inverse;
+            // Below what mean normals resolve, a plane is level.
+            let sin = if sin2 < 4e-9 { 0.0 } else { sin2.min(1.0).sqrt() };
+            extent = extent.min(node.thickness * mean.dot(r.ng).abs() * inverse.sqrt() + node.radius * sin);
         }
-        let floor = self.settings.bias + LEVEL * node.radius;
+        let floor = self.level;
         if height + extent <= floor {
             return None;
         }

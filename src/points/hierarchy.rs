@@ -184,8 +184,8 @@ impl Sums {
         // A part's discs lie in its own slab and its own sphere, both turned by the angle between the normals.
         let axis = sum.normal.normalize_or(Vec3::Z);
         let reach = |part: &Self| {
-            let cos = part.normal.normalize_or(Vec3::Z).dot(axis).abs().min(1.0);
-            let own = (part.thickness * cos + part.radius * (1.0 - cos * cos).sqrt()).min(part.radius);
+            let normal = part.normal.normalize_or(Vec3::Z);
+            let own = (part.thickness * normal.dot(axis).abs() + part.radius * normal.cross(axis).length()).min(part.radius);
             (part.center - sum.center).dot(axis).abs() + own
         };
         sum.thickness = reach(self).max(reach(other)).min(sum.radius);
@@ -344,6 +344,24 @@ impl Hierarchy {
     /// Never: there is at least one element.
     pub fn is_empty(&self) -> bool {
         self.discs.is_empty()
+    }
+    /// Ranges of elements in the tree's order: the largest groups of at most `most`.
+    pub(super) fn groups(&self, most: usize) -> Vec<std::ops::Range<usize>> {
+        // Sizes from the back: children follow their parent.
+        let mut span = vec![(0u32, 0u32); self.nodes.len()];
+        for (i, node) in self.nodes.iter().enumerate().rev() {
+            span[i] = if node.count > 0 { (node.next, node.next + u32::from(node.count)) } else { (span[i + 1].0, span[node.next as usize].1) };
+        }
+        let (mut groups, mut stack) = (Vec::new(), vec![0usize]);
+        while let Some(i) = stack.pop() {
+            let (from, to) = (span[i].0 as usize, span[i].1 as usize);
+            if to - from <= most.max(LEAF) {
+                groups.push(from..to);
+            } else {
+                stack.extend([self.nodes[i].next as usize, i + 1]);
+            }
+        }
+        groups
     }
     /// True when the elements hold radiosity: light can be gathered, not only occlusion.
     pub fn is_lit(&self) -> bool {

@@ -10,6 +10,7 @@
 //! | `hierarchy` | [`Hierarchy`]: groups of discs, what they look like from afar |
 //! | `raster` | the hemisphere of a receiver, filled from near to far |
 //! | `gather` | [`Gather`]: the walk through the tree |
+//! | `sum` | the plain sum, Bunnell's correction |
 //! | `radiosity` | [`bake`]: direct light and bounces on the elements; [`gather_all`] |
 
 mod cloud_file;
@@ -21,12 +22,14 @@ mod pack;
 mod radiosity;
 mod raster;
 mod settings;
+mod sum;
 
 pub use cloud_file::{read_cloud, write_cloud};
 pub use dice::{Density, Piece, dice};
 pub use element::{Channel, Cloud};
 pub use gather::{Gather, Receiver};
 pub use hierarchy::Hierarchy;
-pub use radiosity::{ProxyInputs, bake, bake_areas, element_irradiance, gather_all};
+pub use radiosity::{ProxyInputs, accessibility, bake, bake_areas, element_irradiance, gather_all};
 pub use raster::Gathered;
 pub use settings::{FalloffMode, HitSides, Overlap, PointsSettings, RadiositySource};
+pub use sum::{Accessibility, sum};

@@ -4,7 +4,8 @@
 //! B₀ = ⟨ρ E_direct⟩          E_direct by shadow rays at stratified points of the piece (rays belong to baking, not to gathering)
 //! B_{k+1} = B₀ + ρ (E_elements(B_k) + sky · open)          one bounce: a gather over the elements themselves, no rays
 //! ```
-//! Bounces are gathered once for the elements of a leaf that face alike and shared by them. After the last bounce the rest of the
+//! Bounces are gathered once for the elements of a small group of the tree that face alike and shared by them, with a coarser raster and
+//! larger groups than at receivers. After the last bounce the rest of the
 //! series is estimated: Δ_k q/(1 − q), q the ratio of the last two bounces' power. `radiosity = "photon"` takes the indirect light of the proxy
 //! (photons and rays between cells) instead.
 //!
@@ -14,7 +15,8 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{Cloud, Gather, Gathered, Hierarchy, Piece, PointsSettings, RadiositySource, Receiver, dice};
+use super::sum::mean_open;
+use super::{Accessibility, Cloud, Gather, Gathered, Hierarchy, Overlap, Piece, PointsSettings, RadiositySource, Receiver, dice, sum};
 use crate::error::Result;
 use crate::math::offset_origin;
 use crate::photon::{PhotonSettings, solve};
@@ -33,7 +35,9 @@ pub struct ProxyInputs<'a> {
     pub photon: &'a PhotonSettings,
 }
 
-/// Elements that share a gather.
+/// Elements are put in about this many groups, of 8 to 64, for bounces on them.
+const GROUPS: usize = 8192;
+/// Least cosine between normals of elements that share a gather.
 const LIKE_NORMALS: f32 = 0.94;
 /// Largest ratio of bounces that the rest is estimated from.
 const MAX_RATIO: f32 = 0.95;
@@ -147,16 +151,22 @@ fn direct(world: &World, cloud: &Cloud, pieces: &[Piece], samples: u32, seed: u6
 
 /// Adds the bounces to what leaves the sides of elements.
 fn bounces(cloud: &mut Cloud, albedo: &[Rgb], leaving: &mut [Vec<Rgb>; 2], sky: Rgb, diagonal: f32, settings: &PointsSettings, run: &Run) -> Result<()> {
+    let coarse = PointsSettings {
+        maxsolidangle: settings.maxsolidangle.max(0.2),
+        microbufres: settings.microbufres.min(8),
+        overlap: Overlap::Raster,
+        ..settings.clone()
+    };
     let direct = leaving.clone();
     let power = |light: &[Vec<Rgb>; 2], area: &[f32]| -> f64 {
         light.iter().flat_map(|side| side.iter().zip(area)).map(|(c, &a)| f64::from(c.element_sum() * a)).sum()
     };
-    let (mut before, mut change) = (0.0, 0.0);
+    let mut change = 0.0;
     for bounce in 0..settings.bounces {
         cloud.set(Cloud::RADIOSITY, leaving[0].clone());
         cloud.set(Cloud::RADIOSITY_BACK, leaving[1].clone());
         let tree = run.install(|| Hierarchy::new(cloud, settings.hitsides))?;
-        let irradiance = element_irradiance(&tree, cloud, sky, diagonal, settings, run)?;
+        let irradiance = element_irradiance(&tree, cloud, sky, diagonal, &coarse, run)?;
         let mut next = direct.clone();
         for (side, next) in next.iter_mut().enumerate() {
             for ((n, &e), &rho) in next.iter_mut().zip(&irradiance[side]).zip(albedo) {
@@ -173,13 +183,12 @@ fn bounces(cloud: &mut Cloud, albedo: &[Rgb], leaving: &mut [Vec<Rgb>; 2], sky: 
                 }
             }
         }
-        (before, change) = (change, step);
+        change = step;
         *leaving = next;
         if step <= 1e-3 * power(leaving, &cloud.area) {
             break;
         }
     }
-    let _ = before;
     Ok(())
 }
 
@@ -189,15 +198,7 @@ fn bounces(cloud: &mut Cloud, albedo: &[Rgb], leaving: &mut [Vec<Rgb>; 2], sky: 
 /// [`crate::error::Error::Interrupted`].
 pub fn element_irradiance(tree: &Hierarchy, cloud: &Cloud, sky: Rgb, diagonal: f32, settings: &PointsSettings, run: &Run) -> Result<[Vec<Rgb>; 2]> {
     let groups = like_elements(tree, cloud);
-    let receivers: Vec<Receiver> = groups
-        .iter()
-        .map(|g| {
-            let (e, sign) = (g.seat as usize, if g.back { -1.0 } else { 1.0 });
-            let n = cloud.n[e] * sign;
-            Receiver { p: offset_origin(cloud.p[e], n, diagonal), ng: n, ns: n }
-        })
-        .collect();
-    let gathered = gather_all(tree, settings, &receivers, "bounce", run)?;
+    let gathered = gather_all(tree, settings, None, &seats(&groups, cloud, diagonal), "bounce", run)?;
     let mut out = [vec![Rgb::ZERO; cloud.len()], vec![Rgb::ZERO; cloud.len()]];
     for (group, g) in groups.iter().zip(gathered) {
         for &e in &group.members {
@@ -207,6 +208,42 @@ pub fn element_irradiance(tree: &Hierarchy, cloud: &Cloud, sky: Rgb, diagonal: f
     Ok(out)
 }
 
+/// The weights of `overlap = "bunnell"`; none for the other modes.
+///
+/// # Errors
+/// [`crate::error::Error::Interrupted`].
+pub fn accessibility(tree: &Hierarchy, cloud: &Cloud, diagonal: f32, settings: &PointsSettings, run: &Run) -> Result<Option<Accessibility>> {
+    if settings.overlap != Overlap::Bunnell {
+        return Ok(None);
+    }
+    let groups = like_elements(tree, cloud);
+    let receivers = seats(&groups, cloud, diagonal);
+    let (mut before, mut now) = (vec![1.0; cloud.len()], vec![1.0; cloud.len()]);
+    for _ in 0..settings.accessibility_passes {
+        let weights = Accessibility::new(tree, &now);
+        let gathered = gather_all(tree, settings, Some(&weights), &receivers, "accessibility", run)?;
+        let mut occlusion = [vec![0.0; cloud.len()], vec![0.0; cloud.len()]];
+        for (group, g) in groups.iter().zip(gathered) {
+            for &e in &group.members {
+                occlusion[usize::from(group.back)][e as usize] = g.occlusion;
+            }
+        }
+        before = std::mem::replace(&mut now, mean_open(cloud, &occlusion));
+    }
+    let mean: Vec<f32> = before.iter().zip(&now).map(|(a, b)| 0.5 * (a + b)).collect();
+    Ok(Some(Accessibility::new(tree, &mean)))
+}
+
+/// Receivers at the seats of groups.
+fn seats(groups: &[Group], cloud: &Cloud, diagonal: f32) -> Vec<Receiver> {
+    let seat = |g: &Group| {
+        let (e, sign) = (g.seat as usize, if g.back { -1.0 } else { 1.0 });
+        let n = cloud.n[e] * sign;
+        Receiver { p: offset_origin(cloud.p[e], n, diagonal), ng: n, ns: n }
+    };
+    groups.iter().map(seat).collect()
+}
+
 struct Group {
     members: Vec<u32>,
     /// The member whose place is gathered at.
@@ -214,11 +251,12 @@ struct Group {
     back: bool,
 }
 
-/// Elements of a leaf that face alike, side by side.
+/// Elements of a small group of the tree that face alike, side by side.
 fn like_elements(tree: &Hierarchy, cloud: &Cloud) -> Vec<Group> {
+    let most = (cloud.len() / GROUPS).clamp(8, 64);
     let mut groups = Vec::new();
-    for node in tree.nodes.iter().filter(|n| n.count > 0) {
-        let mut rest: Vec<u32> = tree.order[node.next as usize..node.next as usize + usize::from(node.count)].to_vec();
+    for range in tree.groups(most) {
+        let mut rest: Vec<u32> = tree.order[range].to_vec();
         while let Some(&first) = rest.first() {
             let n = cloud.n[first as usize];
             let alike = |e: u32| cloud.n[e as usize].dot(n) >= LIKE_NORMALS && cloud.one_sided[e as usize] == cloud.one_sided[first as usize];
@@ -236,13 +274,21 @@ fn like_elements(tree: &Hierarchy, cloud: &Cloud) -> Vec<Group> {
     groups
 }
 
-/// Gathers at every receiver, in parallel.
+/// Gathers at every receiver, in parallel, in the mode of `settings.overlap`; `weights` are [`accessibility`]'s.
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
-pub fn gather_all(tree: &Hierarchy, settings: &PointsSettings, receivers: &[Receiver], phase: &'static str, run: &Run) -> Result<Vec<Gathered>> {
+pub fn gather_all(
+    tree: &Hierarchy,
+    settings: &PointsSettings,
+    weights: Option<&Accessibility>,
+    receivers: &[Receiver],
+    phase: &'static str,
+    run: &Run,
+) -> Result<Vec<Gathered>> {
     const BLOCK: usize = 256;
     let phase = run.phase(phase, receivers.len() as u64);
+    let raster = settings.overlap == Overlap::Raster;
     let blocks: Vec<Vec<Gathered>> = run.install(|| {
         let first = Gather::new(tree, settings);
         receivers
@@ -252,7 +298,7 @@ pub fn gather_all(tree: &Hierarchy, settings: &PointsSettings, receivers: &[Rece
                     return Vec::new();
                 }
                 phase.advance(chunk.len() as u64);
-                chunk.iter().map(|r| gather.gather(r)).collect()
+                chunk.iter().map(|r| if raster { gather.gather(r) } else { sum(tree, settings, weights, r) }).collect()
             })
             .collect()
     });

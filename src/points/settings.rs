@@ -57,7 +57,7 @@ pub enum RadiositySource {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PointsSettings {
-    /// Elements of the cloud, 1 to 400 000 000. Default 200 000.
+    /// Elements of the cloud, 1 to 400 000 000. Default 100 000.
     pub elements: u64,
     /// Elements per unit of area; above zero it replaces `elements`. Default 0.
     pub density: f64,
@@ -100,7 +100,7 @@ pub struct PointsSettings {
 impl Default for PointsSettings {
     fn default() -> Self {
         Self {
-            elements: 200_000,
+            elements: 100_000,
             density: 0.0,
             direct_samples: 8,
             radiosity: RadiositySource::Bounces,
