@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::method::cache::CacheSettings;
 use crate::method::decompose::DecomposeSettings;
 use crate::method::gather::GatherSettings;
+use crate::method::local_correction::LocalSettings;
 use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
 use crate::photon::PhotonSettings;
@@ -37,6 +38,8 @@ pub struct RenderConfig {
     pub gather: GatherSettings,
     /// Surface elements.
     pub points: PointsSettings,
+    /// Local correction of a flat ambient term.
+    pub local: LocalSettings,
     /// Path tracing.
     pub path: PathSettings,
 }
@@ -65,6 +68,7 @@ impl RenderConfig {
         config.photon.validate()?;
         config.record.validate()?;
         config.points.validate()?;
+        config.local.validate()?;
         Ok(config)
     }
 

@@ -20,7 +20,7 @@
 //! | [`film`] (6) | layers → EXR, PNG |
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
 //! | [`points`] (6) | `Geometry` → `Cloud` of discs → hierarchy → occlusion and irradiance without rays |
-//! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, direct, photon-map: siblings |
+//! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, points, local-correction, direct, photon-map: siblings |
 //! | [`config`], [`report`], [`cli`] (8–9) | settings, comparison and benchmark tables, the command line |
 //!
 //! Imports go from higher rank to lower; `tests/architecture.rs` checks it.
@@ -35,6 +35,8 @@
 //!   et al., "Making radiance and irradiance caching practical". `[Schwarzhaupt12]` Schwarzhaupt, Jensen, Jarosz, "Practical Hessian-based error
 //!   control for irradiance caching".
 //! * `[Jensen96]` Jensen, "Global illumination using photon maps". `[Veach97]` Veach, PhD thesis (MIS, §9.2).
+//! * `[Bunnell05]` Bunnell, "Dynamic ambient occlusion and indirect lighting", GPU Gems 2. `[Christensen08]` Christensen, "Point-based
+//!   approximate color bleeding", Pixar technical memo 08-01.
 //! * `[Burley20]` Burley, "Practical hash-based Owen scrambling". `[Duff17]` Duff et al., "Building an orthonormal basis, revisited".
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise"))]
 

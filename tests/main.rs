@@ -15,6 +15,7 @@ mod info;
 mod near_far;
 mod path;
 mod photon;
+mod points;
 mod references;
 mod support;
 mod truth;

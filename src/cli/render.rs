@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::film::{self, Film, Precision};
 use crate::method::cache::{CacheSettings, store};
 use crate::method::stage::Inputs;
-use crate::method::{Method, Rendered, cache, decompose, direct, gather, path, photon_map, points};
+use crate::method::{Method, Rendered, cache, decompose, direct, gather, local_correction, path, photon_map, points};
 use crate::report::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::run::Run;
 use crate::shading::World;
@@ -106,6 +106,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         Method::IrradianceCache => with_cache(args, &world, &config.cache, inputs, &job.run)?,
         Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
         Method::Points => points::render(&world, &config.points, inputs, &job.run)?,
+        Method::LocalCorrection => local_correction::render(&world, &config.local, &config.record, config.seed, &job.run)?,
         Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, config.record.spp, config.seed, &job.run)?,
         Method::Direct => direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?,
     };

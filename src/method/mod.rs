@@ -4,6 +4,7 @@ pub mod cache;
 pub mod decompose;
 pub mod direct;
 pub mod gather;
+pub mod local_correction;
 pub mod locations;
 pub mod path;
 pub mod photon_map;
@@ -30,6 +31,8 @@ pub enum Method {
     Path,
     /// Gathered from surface elements: no ray for occlusion or indirect light.
     Points,
+    /// Hand-placed lights without shadows and a flat ambient term, corrected by the near surfaces: no ray but the camera's.
+    LocalCorrection,
     /// Direct light only.
     Direct,
     /// The proxy itself, seen directly.

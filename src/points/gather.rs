@@ -37,6 +37,8 @@ const BUCKETS: usize = 256;
 const NONE: u32 = u32::MAX;
 /// Marks an element among the waiting.
 const ELEMENT: u32 = 1 << 31;
+/// Marks a group that is used as one.
+const WHOLE: u32 = 1 << 30;
 /// Mean normals longer than this are those of a plane.
 pub(super) const PLANAR: f32 = 0.98;
 /// Elements nearer than this many radii are tested direction by direction.
@@ -57,6 +59,8 @@ pub struct Gather<'a> {
     first: u32,
     /// π r² / d² below which a group is one.
     limit: f32,
+    /// Nothing covers beyond.
+    reach: f32,
     /// Groups that rise less above the receiver's plane do not count.
     level: f32,
     /// Groups and elements looked at so far.
@@ -126,6 +130,7 @@ impl<'a> Gather<'a> {
             first,
             limit: settings.maxsolidangle * std::f32::consts::FRAC_1_PI,
             level: settings.bias + LEVEL * (tree.appearances[0].total / (std::f32::consts::PI * tree.len() as f32)).sqrt(),
+            reach: f32::INFINITY,
             visited: 0,
         }
     }
@@ -139,8 +144,26 @@ impl<'a> Gather<'a> {
         self.heads[bucket] = self.waiting.len() as u32 - 1;
     }
 
+    /// Elements cover less the farther they are, from half of `reach` on, and nothing beyond it: nothing pops in.
+    pub fn fading(self, reach: f32) -> Self {
+        Self { reach, ..self }
+    }
+
+    fn fade(&self, distance: f32) -> f32 {
+        if self.reach.is_infinite() { 1.0 } else { (2.0 - 2.0 * distance / self.reach).clamp(0.0, 1.0) }
+    }
+
     /// Everything that the receiver sees.
     pub fn gather(&mut self, r: &Receiver) -> Gathered {
+        self.under(r, None).0
+    }
+
+    /// The same, and the irradiance of the open directions: `sky` is the radiance of a world-space direction.
+    pub fn gather_under(&mut self, r: &Receiver, sky: &dyn Fn(Vec3) -> Rgb) -> (Gathered, Rgb) {
+        self.under(r, Some(sky))
+    }
+
+    fn under(&mut self, r: &Receiver, sky: Option<&dyn Fn(Vec3) -> Rgb>) -> (Gathered, Rgb) {
         let frame = Frame::from_normal(r.ns);
         self.raster.reset(&self.shape, frame.local_from_world(r.ng));
         self.heads.fill(NONE);
@@ -158,15 +181,18 @@ impl<'a> Gather<'a> {
                 self.heads[bucket] = next;
                 if id & ELEMENT != 0 {
                     self.element(&self.tree.discs[(id & !ELEMENT) as usize], r, &frame);
+                } else if id & WHOLE != 0 {
+                    self.whole(id & !WHOLE, r, &frame);
                 } else {
-                    self.node(id, r, &frame, bucket);
+                    self.open(id, r, &frame, bucket);
                 }
             }
         }
-        let mut result = self.raster.result(&self.shape);
+        let from_local = |w: Vec3| sky.map_or(Rgb::ZERO, |sky| sky(frame.world_from_local(w)));
+        let (mut result, from_sky) = self.raster.result(&self.shape, sky.is_some().then_some(&from_local));
         result.bent_normal = frame.world_from_local(result.bent_normal);
         result.irradiance *= std::f32::consts::FRAC_1_PI / self.tree.scale;
-        result
+        (result, from_sky)
     }
 
     /// Squared distance of a group, and whether it is used as one; none when it does not count.
@@ -202,27 +228,32 @@ impl<'a> Gather<'a> {
         let node = &self.tree.nodes[id as usize];
         let Some((d2, whole)) = self.judge(node, r) else { return };
         let from = if whole { d2 } else { (d2 - 2.0 * d2.sqrt() * node.radius + node.radius * node.radius).max(0.0) };
-        self.wait(id, self.bucket(if d2 > node.radius * node.radius { from } else { 0.0 }).max(now));
+        self.wait(if whole { id | WHOLE } else { id }, self.bucket(if d2 > node.radius * node.radius { from } else { 0.0 }).max(now));
     }
 
-    fn node(&mut self, id: u32, r: &Receiver, frame: &Frame, now: usize) {
+    /// A group as one.
+    fn whole(&mut self, id: u32, r: &Receiver, frame: &Frame) {
+        let node = &self.tree.nodes[id as usize];
+        let d = node.center - r.p;
+        let d2 = d.length_squared();
+        let distance = d2.sqrt();
+        let w = d / distance;
+        let local = frame.local_from_world(w);
+        if local.z <= 0.0 || distance > self.settings.maxdist {
+            return;
+        }
+        if let Some(Seen { area, radiance, face }) = seen(node, &self.tree.appearances[id as usize], w) {
+            let splat = Splat { w: local, solid_angle: area / d2 * self.fade(distance), radiance, occlusion: self.settings.weight(distance), distance, face };
+            self.raster.splat(&self.shape, &splat);
+        }
+    }
+
+    /// The parts of a group, unless all that they could cover is full.
+    fn open(&mut self, id: u32, r: &Receiver, frame: &Frame, now: usize) {
         let tree = self.tree;
         let node = &tree.nodes[id as usize];
         let d = node.center - r.p;
-        let Some((d2, whole)) = self.judge(node, r) else { return };
-        let distance = d2.sqrt();
-        if whole {
-            let w = d / distance;
-            let local = frame.local_from_world(w);
-            if local.z <= 0.0 || distance > self.settings.maxdist {
-                return;
-            }
-            if let Some(Seen { area, radiance, face }) = seen(node, &tree.appearances[id as usize], w) {
-                let splat = Splat { w: local, solid_angle: area / d2, radiance, occlusion: self.settings.weight(distance), distance, face };
-                self.raster.splat(&self.shape, &splat);
-            }
-            return;
-        }
+        let distance = d.length();
         if node.radius < 0.5 * distance && self.raster.is_full(&self.shape, frame.local_from_world(d / distance), 1.05 * node.radius / distance) {
             return;
         }
@@ -274,7 +305,7 @@ impl<'a> Gather<'a> {
         if local.z <= 0.0 || !there[side] {
             return;
         }
-        let solid_angle = disc.area() * cos.abs() / (d2 + 0.75 * radius2);
+        let solid_angle = disc.area() * cos.abs() / (d2 + 0.75 * radius2) * self.fade(distance);
         let splat = Splat {
             w: local,
             solid_angle,

@@ -28,7 +28,7 @@ use crate::sh::{basis, cosine_band};
 const LEAF: usize = 8;
 /// Groups of fewer elements are built by one thread.
 const SERIAL: usize = 1 << 14;
-/// Most elements: indices leave a bit for the traversal.
+/// Most elements: indices of elements and nodes leave two bits for the traversal.
 const MAX_ELEMENTS: usize = 1 << 30;
 
 /// A disc.

@@ -98,6 +98,8 @@ pub(super) struct Raster {
     cells: Vec<Cell>,
     /// Bits of the cells that are not full, a word a row.
     rows: Vec<u32>,
+    /// Cells that are full.
+    full: usize,
     alpha: Vec<f32>,
     distance: Vec<f32>,
 }
@@ -201,13 +203,14 @@ pub(super) enum Face {
 impl Raster {
     pub fn new(shape: &Shape) -> Self {
         let cells = shape.side * shape.side;
-        Self { cells: vec![Cell::default(); cells], rows: vec![0; shape.side], alpha: vec![0.0; cells], distance: vec![0.0; cells] }
+        Self { cells: vec![Cell::default(); cells], rows: vec![0; shape.side], full: 0, alpha: vec![0.0; cells], distance: vec![0.0; cells] }
     }
 
     /// Empties it; directions below the plane of `ng` (local frame) are black and full, those outside the cone as well.
     pub fn reset(&mut self, shape: &Shape, ng: Vec3) {
         self.cells.fill(Cell::EMPTY);
         self.rows.fill(u32::MAX >> (32 - shape.side));
+        self.full = 0;
         let tilted = ng.z < 0.999_99;
         if tilted || shape.total < 3.14 {
             for i in 0..self.cells.len() {
@@ -215,6 +218,7 @@ impl Raster {
                     let w = shape.mean_cos[i];
                     self.cells[i] = Cell { done: Sums { weight: w, occlusion: w, ..Sums::ZERO }, open: 0.0, ..Cell::EMPTY };
                     self.rows[i / shape.side] &= !(1 << (i % shape.side));
+                    self.full += 1;
                 }
             }
         }
@@ -222,6 +226,10 @@ impl Raster {
 
     /// True when all that lies within `angle` (radians) of a local direction is full; the direction may lie below the horizon by as much.
     pub fn is_full(&self, shape: &Shape, w: Vec3, angle: f32) -> bool {
+        // Seldom true while most is open.
+        if self.full * 4 < self.cells.len() {
+            return false;
+        }
         let side = shape.side as f32;
         let at = square_from_direction(if w.z >= 0.0 { w } else { Vec3::new(w.x, w.y, 0.0).normalize_or(Vec3::X) }) * side;
         // A radian is at most 0.75 of a side (concentric map).
@@ -234,7 +242,7 @@ impl Raster {
 
     /// True when no cell is open.
     pub fn is_closed(&self) -> bool {
-        self.rows.iter().all(|&row| row == 0)
+        self.full == self.cells.len()
     }
 
     fn deposit(&mut self, shape: &Shape, cell: usize, alpha: f32, cos: f32, splat: &Splat) {
@@ -254,7 +262,9 @@ impl Raster {
         c.layer.occlusion += w * splat.occlusion;
         c.layer.light += splat.radiance * w;
         if c.open * (1.0 - c.covered / FILLED) < 1.0 - FULL {
-            self.rows[cell / shape.side] &= !(1 << (cell % shape.side));
+            let (row, bit) = (&mut self.rows[cell / shape.side], 1 << (cell % shape.side));
+            self.full += usize::from(*row & bit != 0);
+            *row &= !bit;
         }
     }
 
@@ -263,7 +273,7 @@ impl Raster {
         let n = shape.side as f32;
         let at = square_from_direction(splat.w) * n;
         let true_side = (splat.solid_angle * (0.5 * std::f32::consts::FRAC_1_PI)).sqrt() * n;
-        let side = true_side.clamp(LEAST_SIDE, n);
+        let side = (SPREAD * true_side).clamp(LEAST_SIDE, n);
         let dense = (true_side / side).powi(2).min(1.0);
         let half = 0.5 * side;
         let low = (at - half).clamp(Vec2::ZERO, Vec2::splat(n - side));
@@ -319,9 +329,9 @@ impl Raster {
         }
     }
 
-    /// What it holds; `bent_normal` in the local frame.
-    pub fn result(&self, shape: &Shape) -> Gathered {
-        let (mut light, mut occluded, mut open, mut bent) = (Rgb::ZERO, 0.0, 0.0, Vec3::ZERO);
+    /// What it holds; `bent_normal` in the local frame. `sky` is the radiance of open local directions; its irradiance comes second.
+    pub fn result(&self, shape: &Shape, sky: Option<&dyn Fn(Vec3) -> Rgb>) -> (Gathered, Rgb) {
+        let (mut light, mut occluded, mut open, mut bent, mut from_sky) = (Rgb::ZERO, 0.0, 0.0, Vec3::ZERO, Rgb::ZERO);
         for (i, c) in self.cells.iter().enumerate() {
             let w = shape.mean_cos[i];
             let mut c = *c;
@@ -332,21 +342,29 @@ impl Raster {
                 light += c.done.light * (o / c.done.weight);
                 occluded += c.done.occlusion * (o / c.done.weight);
             }
+            let direction = Vec3::new(shape.x[i], shape.y[i], shape.z[i]);
             open += w - o;
-            bent += Vec3::new(shape.x[i], shape.y[i], shape.z[i]) * (w - o);
+            bent += direction * (w - o);
+            if let (Some(sky), true) = (sky, w > o) {
+                from_sky += sky(direction) * (w - o);
+            }
         }
         let omega = shape.solid_angle();
-        Gathered {
+        let gathered = Gathered {
             occlusion: (occluded * omega / shape.total).clamp(0.0, 1.0),
             open: open * omega,
             bent_normal: if open > 0.0 { bent / open } else { Vec3::ZERO },
             irradiance: light * omega,
-        }
+        };
+        (gathered, from_sky * omega)
     }
 }
 
 /// A deposit this many times as far away as the latest one begins a new layer.
 const GAP: f32 = 1.25;
+/// Squares are this much wider than their solid angle asks for, and as much thinner: groups of one surface then cover it evenly.
+/// Measured: with 1 a closed box stays 5 % open at maxsolidangle 0.1, with 1.4 2.4 %, and open scenes do not notice.
+const SPREAD: f32 = 1.4;
 /// Smallest side of a splat, in cells: smaller ones are spread, so that cells fill evenly.
 const LEAST_SIDE: f32 = 1.0;
 /// A layer that covers this much of a cell is taken to cover all: what discs and squares of a whole surface leave of a cell when their
@@ -381,7 +399,7 @@ mod tests {
         let shape = Shape::new(12, 0.0);
         let mut raster = Raster::new(&shape);
         raster.reset(&shape, Vec3::Z);
-        let empty = raster.result(&shape);
+        let empty = raster.result(&shape, None).0;
         assert!(empty.occlusion == 0.0 && (empty.open - std::f32::consts::PI).abs() < 1e-4 && empty.bent_normal.z > 0.6);
         let mut rng = Rng::new(1, Stream::Test, 4, 0);
         for _ in 0..20_000 {
@@ -389,7 +407,7 @@ mod tests {
             raster.splat(&shape, &Splat { w, solid_angle: 0.02, radiance: Rgb::splat(2.0), occlusion: 1.0, distance: 1.0, face: Face::Mixed });
         }
         assert!(raster.is_closed() && raster.is_full(&shape, Vec3::X, 1.0));
-        let full = raster.result(&shape);
+        let full = raster.result(&shape, None).0;
         assert!((full.occlusion - 1.0).abs() < 1e-3 && full.open.abs() < 2e-3 && (full.irradiance.x / (2.0 * std::f32::consts::PI) - 1.0).abs() < 2e-3);
     }
 
@@ -401,13 +419,13 @@ mod tests {
             raster.reset(&shape, Vec3::Z);
             raster.disc(&shape, Vec3::Z * h, -Vec3::Z, 0.5, [Some(Rgb::ONE), None], f32::INFINITY, |_| 1.0);
             let exact = 0.25 / (0.25 + h * h);
-            let got = raster.result(&shape);
+            let got = raster.result(&shape, None).0;
             assert!(got.occlusion > exact && got.occlusion < 1.4 * exact, "{h}: {} for {exact}", got.occlusion);
             assert!((got.irradiance.x / std::f32::consts::PI / got.occlusion - 1.0).abs() < 1e-4);
         }
         // Seen from behind, its back is not there.
         raster.reset(&shape, Vec3::Z);
         raster.disc(&shape, Vec3::Z, Vec3::Z, 0.5, [Some(Rgb::ONE), None], f32::INFINITY, |_| 1.0);
-        assert_eq!(raster.result(&shape).occlusion, 0.0);
+        assert_eq!(raster.result(&shape, None).0.occlusion, 0.0);
     }
 }
