@@ -3,10 +3,11 @@
 //! ```text
 //! occlusion = Σ_e a_e F_e,   E = Σ_e a_e F_e B_e          F: form factor from the receiver, overlap not looked at
 //! none       a = 1
-//! bunnell    a_e = mean over the element's sides of 1 − occlusion there, by the sum with the a of the pass before (first 1), the last two passes averaged
+//! bunnell    a_e = mean over the element's sides of 1 − occlusion there, by the sum with the a of the pass before (first 1); the last two averaged
 //! ```
 //! Every element counts by how much it is itself seen: what lies behind something is shadowed by it, so surfaces behind one another
-//! count about once `[Bunnell05]`. Passes alternate around their limit; the mean of the last two is close to it.
+//! count about once `[Bunnell05]`. Corrected once, occlusion is too weak (an element that is half hidden from the sky may be in full view of the
+//! receiver), and passes alternate around their limit: as there, the last two are blended.
 //!
 //! Guarantees  the exact form factor of discs (as octagons, Lambert's formula) nearer than 4 radii: Σ F = 1 inside closed surfaces.
 //! Not         occlusion, where things overlap and `overlap = "none"`; with `clamp` sums above 1 are cut and their light with them.
