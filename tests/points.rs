@@ -106,7 +106,7 @@ fn smaller_groups_bring_it_closer_to_all_elements_one_by_one() {
 #[test]
 fn the_cornell_box_is_the_ground_truth() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.toml");
-    let size = [("camera.width".to_owned(), "64".to_owned()), ("camera.height".to_owned(), "64".to_owned())];
+    let size = [("camera.width".to_owned(), "32".to_owned()), ("camera.height".to_owned(), "32".to_owned())];
     let scene = load(file.as_ref(), &size).unwrap().scene;
     let (world, run, config) = (world(&scene, Backend::Bvh), Run::new(2).unwrap(), RenderConfig::default());
     let settings = PointsSettings { elements: 40_000, ..PointsSettings::default() };
@@ -114,13 +114,13 @@ fn the_cornell_box_is_the_ground_truth() {
     let truth = read_exr(file.replace(".toml", ".exr").as_ref()).unwrap();
     assert_eq!((truth.width, truth.height), (256, 256));
     let (got, truth) = (film.rgb("").unwrap(), truth.rgb("").unwrap());
-    // Box filters: a pixel of the small picture is the mean of sixteen.
-    let mean = |x: usize, y: usize| (0..16).map(|i| truth[(4 * y + i / 4) * 256 + 4 * x + i % 4]).sum::<Rgb>() / 16.0;
-    let reference: Vec<Rgb> = (0..64 * 64).map(|i| mean(i % 64, i / 64)).collect();
+    // Box filters: a pixel of the small picture is the mean of 64.
+    let mean = |x: usize, y: usize| (0..64).map(|i| truth[(8 * y + i / 8) * 256 + 8 * x + i % 8]).sum::<Rgb>() / 64.0;
+    let reference: Vec<Rgb> = (0..32 * 32).map(|i| mean(i % 32, i / 32)).collect();
     assert!(relative_error(&got, &reference) < 0.01, "picture {}", relative_error(&got, &reference));
 
     // Indirect irradiance alone; the noise of the reference counts against the method here.
-    let traced = path::render(&world, &path::PathSettings { spp: 256, ..Default::default() }, 5, &run).unwrap().film;
+    let traced = path::render(&world, &path::PathSettings { spp: 1024, ..Default::default() }, 5, &run).unwrap().film;
     let irradiance = |light: Vec<Rgb>, albedo: Vec<Rgb>| -> Vec<Rgb> {
         let of = |(l, a): (&Rgb, &Rgb)| if a.min_element() > 0.04 { *l / *a * std::f32::consts::PI } else { Rgb::ZERO };
         light.iter().zip(&albedo).map(of).collect()

@@ -3,7 +3,7 @@
 //! ```text
 //! a group is used as one when π r² < maxsolidangle · d² and d > r;  four times smaller when it straddles the horizon
 //! solid angle  Ω = a(−w)/d²  (groups),  A |n·w| / (d² + ¾ r²)  (elements: exact on the axis of a disc to 1 % from d = 2 r on)
-//! nearer than 3 r an element is tested direction by direction as a soft disc
+//! nearer than 9 r an element is tested direction by direction as a soft disc
 //! ```
 //! Groups and elements wait in buckets of distance, a quarter of an octave of d² each, so that what is nearer fills the raster first and
 //! groups behind full directions are not opened. The receiver sees the side of an element that faces it.
@@ -41,8 +41,8 @@ const ELEMENT: u32 = 1 << 31;
 const WHOLE: u32 = 1 << 30;
 /// Mean normals longer than this are those of a plane.
 pub(super) const PLANAR: f32 = 0.98;
-/// Elements nearer than this many radii are tested direction by direction.
-const NEAR: f32 = 3.0;
+/// Elements nearer than this many radii are tested direction by direction. Measured in a corner of a box: with 3, 3 % stay open, with 9, 1 %.
+const NEAR: f32 = 9.0;
 /// Elements that rise above the receiver's plane by less than this share of their radius do not count.
 const LEVEL: f32 = 1e-3;
 
