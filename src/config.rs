@@ -11,9 +11,11 @@ use crate::error::{Error, Result};
 use crate::method::cache::CacheSettings;
 use crate::method::decompose::DecomposeSettings;
 use crate::method::gather::GatherSettings;
+use crate::method::local_correction::LocalSettings;
 use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
 use crate::photon::PhotonSettings;
+use crate::points::PointsSettings;
 use crate::record::RecordSettings;
 use crate::shading::DirectSettings;
 
@@ -37,6 +39,10 @@ pub struct RenderConfig {
     pub cache: CacheSettings,
     /// Final gathering.
     pub gather: GatherSettings,
+    /// Surface elements.
+    pub points: PointsSettings,
+    /// Local correction of a flat ambient term.
+    pub local: LocalSettings,
     /// Path tracing.
     pub path: PathSettings,
 }
@@ -70,6 +76,8 @@ impl RenderConfig {
             config.decompose.near_filter = 0;
         }
         config.path.filter = config.record.pixel_filter();
+        config.points.validate()?;
+        config.local.validate()?;
         Ok(config)
     }
 

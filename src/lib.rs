@@ -21,7 +21,8 @@
 //! | [`film`] (6) | layers → EXR, PNG |
 //! | [`denoise`] (6) | the finished picture denoised, by a library opened at run time |
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
-//! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, direct, photon-map: siblings |
+//! | [`points`] (6) | `Geometry` → `Cloud` of discs → hierarchy → occlusion and irradiance without rays |
+//! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, points, local-correction, direct, photon-map: siblings |
 //! | [`config`], [`report`], [`cli`] (8–9) | settings, comparison and benchmark tables, the command line |
 //!
 //! Imports go from higher rank to lower; `tests/architecture.rs` checks it.
@@ -39,6 +40,8 @@
 //! * `[CC78]` Catmull, Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes". `[DKT98]` DeRose, Kass, Truong,
 //!   "Subdivision surfaces in character animation". `[HKD93]` Halstead, Kass, DeRose, "Efficient, fair interpolation using Catmull-Clark
 //!   surfaces". `[WJZL08]` Wang, Jüttler, Zheng, Liu, "Computation of rotation minimizing frames".
+//! * `[Bunnell05]` Bunnell, "Dynamic ambient occlusion and indirect lighting", GPU Gems 2. `[Christensen08]` Christensen, "Point-based
+//!   approximate color bleeding", Pixar technical memo 08-01.
 //! * `[Burley20]` Burley, "Practical hash-based Owen scrambling". `[Duff17]` Duff et al., "Building an orthonormal basis, revisited".
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise"))]
 
@@ -53,6 +56,7 @@ pub mod load;
 pub mod math;
 pub mod method;
 pub mod photon;
+pub mod points;
 pub mod radiometry;
 pub mod record;
 pub mod report;

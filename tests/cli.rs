@@ -48,7 +48,7 @@ fn help_names_every_command_and_option() {
     let help = nearfar(&["--help"]);
     assert_eq!(code(&help), 0);
     let text = String::from_utf8(help.stdout).unwrap();
-    for word in ["render", "fly", "reference", "compare", "bench", "info"] {
+    for word in ["render", "fly", "reference", "compare", "bench", "bake", "gather", "info"] {
         assert!(text.contains(word), "{word}");
     }
     let text = String::from_utf8(nearfar(&["render", "--help"]).stdout).unwrap();
@@ -251,4 +251,31 @@ fn a_reader_that_leaves_ends_the_program_quietly() {
     let output = child.wait_with_output().unwrap();
     assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
     assert_eq!(output.status.code(), Some(141));
+}
+
+#[test]
+fn a_cloud_is_baked_and_gathered_from() {
+    let folder = Folder::new("cloud");
+    let baked = nearfar(&["bake", &folder.at("card.toml"), "-o", &folder.at("card.ply"), "--elements", "2000"]);
+    assert_eq!(code(&baked), 0, "{}", stderr(&baked));
+    assert_eq!(String::from_utf8_lossy(&baked.stdout), "2000 elements, area 4.000000\n");
+    let (scene, cloud, out) = (folder.at("card.toml"), folder.at("card.ply"), folder.at("ao.exr"));
+    let arguments = ["gather", &scene, "--cloud", &cloud, "-o", &out, "--channel", "occlusion,bent-normal,indirect,environment", "--traced", "16", "-q"];
+    let gathered = nearfar(&arguments);
+    assert_eq!(code(&gathered), 0, "{}", stderr(&gathered));
+    // A card alone occludes nothing.
+    assert!(String::from_utf8_lossy(&gathered.stdout).starts_with("occlusion against 16 rays: mean absolute error 0.0000"));
+    let film = read_exr(out.as_ref()).unwrap();
+    let at = film.width as usize * 6 + 8;
+    assert!(film.channels["occlusion"][at] == 0.0 && film.channels["R"][at] == 1.0 && film.channels["bent.Y"][at] > 0.6);
+    assert!((film.channels["open.R"][at] - std::f32::consts::PI).abs() < 1e-3);
+
+    let usage = nearfar(&["bake", &folder.at("card.toml"), "-o", &folder.at("x.ply"), "--channels", "colour"]);
+    assert_eq!(code(&usage), 2);
+    assert!(stderr(&usage).contains("--channels colour: choose among none, _radiosity"));
+    assert_eq!(code(&nearfar(&["bake", &folder.at("card.toml"), "-o", &folder.at("bare.ply"), "--elements", "100", "--channels", "none", "-q"])), 0);
+    let unlit = nearfar(&["gather", &scene, "--cloud", &folder.at("bare.ply"), "-o", &out, "--channel", "indirect"]);
+    assert!(code(&unlit) == 2 && stderr(&unlit).contains("has no \"_radiosity\""), "{}", stderr(&unlit));
+    let setting = nearfar(&["render", &scene, "-o", &out, "--method", "points", "--set", "points.maxsolidangle=7"]);
+    assert!(code(&setting) == 2 && stderr(&setting).contains("points.maxsolidangle"), "{}", stderr(&setting));
 }

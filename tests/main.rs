@@ -18,6 +18,7 @@ mod near_far;
 mod path;
 mod photon;
 mod pixel_filter;
+mod points;
 mod references;
 mod reuse;
 mod subdivision;

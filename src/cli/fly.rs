@@ -16,7 +16,6 @@ use super::{check_writable, statistics};
 use crate::error::{Error, Result};
 use crate::film::{self, Precision};
 use crate::load::load_camera_path;
-use crate::method::Method;
 use crate::method::decompose::near_boxes::NearBoxes;
 use crate::method::decompose::store::{self, Known};
 use crate::method::decompose::{self, NearNoise, Prepared};
@@ -195,7 +194,7 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
 fn write(args: &FlyArgs, job: &Job, file: &std::path::Path, mut film: film::Film) -> Result<()> {
     let _phase = job.run.phase("write", 1);
     keep_layers(&mut film, &args.aov, &job.run);
-    describe(&mut film, &args.scene, Method::Decomposition, job)?;
+    describe(&mut film, &args.scene, "decomposition", job)?;
     film::write_exr(&film, file, if args.half { Precision::Half } else { Precision::Full })?;
     if args.png {
         film::write_png(&film, &file.with_extension("png"), args.exposure)?;

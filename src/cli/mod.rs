@@ -4,11 +4,13 @@
 //! input error, 3 render failed, 130 interrupted (what was done is kept).
 #![allow(clippy::print_stdout, clippy::print_stderr, clippy::exit, reason = "the command line is where output goes and the process ends")]
 
+mod bake;
 mod bench;
 mod budget;
 mod compare;
 mod export;
 mod fly;
+mod gather;
 mod info;
 mod measure;
 mod methods;
@@ -48,6 +50,10 @@ enum Command {
     Show(show::ShowArgs),
     /// Measure ray backends and methods.
     Bench(bench::BenchArgs),
+    /// Bake surface elements (position, normal, area, light) of all surfaces into a point cloud (PLY).
+    Bake(bake::BakeArgs),
+    /// Gather occlusion, bent normals, indirect light or sky from a baked cloud: no ray but the camera's.
+    Gather(gather::GatherArgs),
     /// Write a scene for other renderers (Mitsuba 3).
     Export(export::ExportArgs),
     /// Tell what a scene holds and what is odd about it.
@@ -93,6 +99,8 @@ pub fn run() -> ExitCode {
         Command::Compare(args) => compare::compare(&args),
         Command::Show(args) => show::show(&args),
         Command::Bench(args) => bench::bench(&args, &cancel),
+        Command::Bake(args) => bake::write(&args, &cancel),
+        Command::Gather(args) => gather::gather(&args, &cancel),
         Command::Export(args) => export::write(&args),
         Command::Info(args) => info::info(&args, &cancel),
     };

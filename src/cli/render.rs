@@ -18,7 +18,7 @@ use crate::film::{self, Film, Precision};
 use crate::method::cache::{CacheSettings, store};
 use crate::method::decompose::DecomposeSettings;
 use crate::method::stage::Inputs;
-use crate::method::{Method, Rendered, cache, decompose, direct, gather, path, photon_map};
+use crate::method::{Method, Rendered, cache, decompose, direct, gather, local_correction, path, photon_map, points};
 use crate::report::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::run::Run;
 use crate::scene::{Fingerprint, Scene};
@@ -117,6 +117,8 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         Method::Decomposition => decomposed(args, &job.scene, &world, &config.decompose, inputs, &job.run)?,
         Method::IrradianceCache => with_cache(args, &job.scene, &world, &config.cache, inputs, &job.run)?,
         Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
+        Method::Points => points::render(&world, &config.points, inputs, &job.run)?,
+        Method::LocalCorrection => local_correction::render(&world, &config.local, &config.record, config.seed, &job.run)?,
         Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, &config.record, config.seed, &job.run)?,
         Method::Direct => direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?,
     };
@@ -124,7 +126,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         denoised(&mut rendered, denoiser, args.method, &job.run)?;
     }
     write_samples(args, &rendered)?;
-    finish(&args.scene, &args.output, args.method, &job, &world, rendered)
+    finish(&args.scene, &args.output, &name(args.method), &job, &world, rendered)
 }
 
 /// Denoises the picture and says by what.
@@ -215,17 +217,17 @@ pub(super) fn reference(args: &ReferenceArgs, cancel: &Arc<AtomicBool>) -> Resul
     let world = World::new(&job.scene, args.scene.backend, &job.run)?;
     warn_of_camera(&args.scene, &job.run, &world);
     let rendered = path::reference(&world, &job.config.path, job.config.seed, &job.run, earlier.as_ref(), !args.no_state)?;
-    finish(&args.scene, &args.output, Method::Path, &job, &world, rendered)
+    finish(&args.scene, &args.output, &name(Method::Path), &job, &world, rendered)
 }
 
 /// At once, so that a user can stop before hours are spent on a black picture.
-fn warn_of_camera(scene: &SceneOptions, run: &Run, world: &World) {
+pub(super) fn warn_of_camera(scene: &SceneOptions, run: &Run, world: &World) {
     if !scene.quiet && run.install(|| camera_inside_wall(world)) {
         eprintln!("warning: {CAMERA_INSIDE_WALL}");
     }
 }
 
-fn check_outputs(output: &OutputOptions) -> Result<()> {
+pub(super) fn check_outputs(output: &OutputOptions) -> Result<()> {
     if output.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
         return Err(Error::Usage(format!("--output {}: the image is OpenEXR, name it .exr (--png writes a PNG beside it)", output.output.display())));
     }
@@ -242,7 +244,7 @@ fn name<T: clap::ValueEnum>(choice: T) -> String {
 }
 
 /// Layers that some method writes.
-const LAYERS: [&str; 19] = [
+const LAYERS: [&str; 23] = [
     "none",
     "direct",
     "indirect",
@@ -258,6 +260,10 @@ const LAYERS: [&str; 19] = [
     "cell",
     "location",
     "noisy",
+    "occlusion",
+    "open",
+    "bent",
+    "traced",
     "variance",
     "samples",
     "half0",
@@ -280,11 +286,11 @@ pub(super) fn keep_layers(film: &mut Film, wanted: &[String], run: &Run) {
 }
 
 /// The header of an image.
-pub(super) fn describe(film: &mut Film, scene: &SceneOptions, method: Method, job: &Job) -> Result<()> {
+pub(super) fn describe(film: &mut Film, scene: &SceneOptions, method: &str, job: &Job) -> Result<()> {
     for (key, value) in [
         ("nearfar.version", env!("CARGO_PKG_VERSION").to_owned()),
         ("nearfar.scene", scene.scene.display().to_string()),
-        ("nearfar.method", name(method)),
+        ("nearfar.method", method.to_owned()),
         ("nearfar.seed", job.config.seed.to_string()),
         ("nearfar.settings", job.config.to_table()?.to_string()),
         ("nearfar.seconds", format!("{:.2}", job.start.elapsed().as_secs_f64())),
@@ -295,7 +301,8 @@ pub(super) fn describe(film: &mut Film, scene: &SceneOptions, method: Method, jo
     Ok(())
 }
 
-fn finish(scene: &SceneOptions, output: &OutputOptions, method: Method, job: &Job, world: &World, rendered: Rendered) -> Result<()> {
+/// Writes image, statistics and notes.
+pub(super) fn finish(scene: &SceneOptions, output: &OutputOptions, method: &str, job: &Job, world: &World, rendered: Rendered) -> Result<()> {
     let Rendered { mut film, stats, .. } = rendered;
     keep_layers(&mut film, &output.aov, &job.run);
     if !scene.quiet {
@@ -311,7 +318,7 @@ fn finish(scene: &SceneOptions, output: &OutputOptions, method: Method, job: &Jo
     }
     let mut stats = statistics::collect(&job.run, job.start.elapsed().as_secs_f64(), stats);
     for (key, value) in [
-        ("method", json!(name(method))),
+        ("method", json!(method)),
         ("backend", json!(scene.backend)),
         ("width", json!(film.width)),
         ("height", json!(film.height)),

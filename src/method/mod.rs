@@ -5,10 +5,12 @@ pub mod decompose;
 pub mod direct;
 pub mod gather;
 pub mod key;
+pub mod local_correction;
 pub mod locations;
 pub mod path;
 pub mod photon_map;
 pub mod ply;
+pub mod points;
 pub mod stage;
 
 use serde::{Deserialize, Serialize};
@@ -28,6 +30,10 @@ pub enum Method {
     Gather,
     /// Unidirectional path tracing: the ground truth.
     Path,
+    /// Gathered from surface elements: no ray for occlusion or indirect light.
+    Points,
+    /// Hand-placed lights without shadows and a flat ambient term, corrected by the near surfaces: no ray but the camera's.
+    LocalCorrection,
     /// Direct light only.
     Direct,
     /// The proxy itself, seen directly.

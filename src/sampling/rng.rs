@@ -28,6 +28,8 @@ pub enum Stream {
     Link,
     /// Hemispheres of irradiance cache records, keyed by record.
     Cache,
+    /// Light on surface elements, keyed by piece; jitter of receivers.
+    Points,
 }
 
 /// A well-mixed 64-bit hash (SplitMix64 finaliser).

@@ -1,0 +1,104 @@
+//! `nearfar bake`: a scene's surfaces as a point cloud.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::Args;
+use serde_json::json;
+use toml::Value;
+
+use super::options::SceneOptions;
+use super::{check_writable, statistics};
+use crate::error::{Error, Result};
+use crate::points::{ProxyInputs, RadiositySource, bake, bake_areas, write_cloud};
+use crate::shading::World;
+
+/// Options of `nearfar bake`.
+#[derive(Debug, Args)]
+pub(super) struct BakeArgs {
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// Point cloud to write: binary PLY.
+    #[arg(short, long, value_name = "CLOUD.ply")]
+    output: PathBuf,
+    /// Elements in all; default `points.elements`.
+    #[arg(long, value_name = "N", conflicts_with = "density")]
+    elements: Option<u64>,
+    /// Elements per unit of area.
+    #[arg(long, value_name = "D")]
+    density: Option<f64>,
+    /// Where the light on the elements comes from; default `points.radiosity`.
+    #[arg(long, value_enum)]
+    radiosity: Option<RadiositySource>,
+    /// Bounces of light; default `points.bounces`.
+    #[arg(long, value_name = "N")]
+    bounces: Option<u32>,
+    /// Channels to keep beside position, normal and area; "none": areas alone, no ray is shot. Default all.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    channels: Vec<String>,
+    /// Write statistics as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    stats: Option<PathBuf>,
+}
+
+/// Channels that can be kept.
+const CHANNELS: [&str; 6] = ["_radiosity", "_radiosity_back", "albedo", "direct", "direct_back", "emission"];
+
+/// # Errors
+/// Whatever is wrong with the scene or the settings, or files that cannot be written.
+pub(super) fn write(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
+    let none = args.channels.iter().any(|c| c == "none");
+    if let Some(unknown) = args.channels.iter().find(|c| !CHANNELS.contains(&c.as_str()) && *c != "none") {
+        return Err(Error::Usage(format!("--channels {unknown}: choose among none, {}", CHANNELS.join(", "))));
+    }
+    check_writable(&args.output)?;
+    args.stats.as_deref().map_or(Ok(()), check_writable)?;
+    let mut extra = Vec::new();
+    if let Some(n) = args.elements {
+        extra.extend([("points.elements", Value::Integer(n as i64)), ("points.density", Value::Float(0.0))]);
+    }
+    if let Some(d) = args.density {
+        extra.push(("points.density", Value::Float(d)));
+    }
+    if let Some(n) = args.bounces {
+        extra.push(("points.bounces", Value::Integer(n.into())));
+    }
+    if let Some(source) = args.radiosity {
+        let name = clap::ValueEnum::to_possible_value(&source).map_or_else(String::new, |v| v.get_name().to_owned());
+        extra.push(("points.radiosity", Value::String(name)));
+    }
+    let job = args.scene.prepare(&extra, None, cancel)?;
+    let world = World::new(&job.scene, args.scene.backend, &job.run)?;
+    let (config, inputs) = (&job.config, job.config.inputs(world.diagonal));
+    let mut cloud = if none {
+        bake_areas(&world, &config.points, &job.run)?.0
+    } else {
+        bake(&world, &config.points, ProxyInputs { near_cell: inputs.near_cell, photon: inputs.photon }, config.seed, &job.run)?
+    };
+    if !args.channels.is_empty() {
+        cloud.channels.retain(|c| args.channels.contains(&c.name));
+    }
+    {
+        let _phase = job.run.phase("write", 1);
+        let scene = args.scene.scene.display();
+        write_cloud(
+            &args.output,
+            &cloud,
+            &[format!("nearfar {} bake of {scene}", env!("CARGO_PKG_VERSION")), "areas in scene units squared, light in W/m2".into()],
+        )?;
+    }
+    if !args.scene.quiet {
+        job.run.warnings().iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    println!("{} elements, area {:.6}", cloud.len(), cloud.total_area());
+    if let Some(path) = &args.stats {
+        let of_bake = [("elements", json!(cloud.len())), ("area", json!(cloud.total_area())), ("triangles", json!(world.geometry.len()))];
+        let stats = of_bake.into_iter().map(|(k, v)| (k.to_owned(), v)).collect();
+        statistics::write(&statistics::collect(&job.run, job.start.elapsed().as_secs_f64(), stats), path)?;
+    }
+    if args.scene.verbose {
+        job.run.seconds().iter().for_each(|(phase, seconds)| eprintln!("{phase:>12} {seconds:8.2} s"));
+    }
+    Ok(())
+}

@@ -1,0 +1,127 @@
+//! `nearfar gather`: pictures from a baked point cloud.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::{Args, ValueEnum};
+use serde_json::json;
+
+use super::check_writable;
+use super::options::{OutputOptions, SceneOptions};
+use super::render::{check_outputs, finish, warn_of_camera};
+use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::method::Rendered;
+use crate::method::points::{PointLayers, gather_picture, traced_occlusion};
+use crate::points::{Hierarchy, read_cloud};
+use crate::radiometry::Rgb;
+use crate::shading::World;
+
+/// What is gathered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Channel {
+    /// Ambient occlusion; the picture shows 1 − occlusion.
+    Occlusion,
+    /// Mean open direction; the picture shows (n + 1)/2.
+    BentNormal,
+    /// Irradiance from the elements, W/m².
+    Indirect,
+    /// Irradiance from the sky through the open directions, W/m²; without a sky, of a sky of radiance 1/π.
+    Environment,
+}
+
+/// Options of `nearfar gather`.
+#[derive(Debug, Args)]
+pub(super) struct GatherArgs {
+    #[command(flatten)]
+    scene: SceneOptions,
+    #[command(flatten)]
+    output: OutputOptions,
+    /// Point cloud of `nearfar bake`.
+    #[arg(long, value_name = "CLOUD.ply")]
+    cloud: PathBuf,
+    /// What to gather; the first is the picture, all are layers.
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Channel::Occlusion])]
+    channel: Vec<Channel>,
+    /// Also trace occlusion with this many rays a point, as layer "traced", and say how far the gathered one is from it.
+    #[arg(long, value_name = "N")]
+    traced: Option<u32>,
+}
+
+/// # Errors
+/// Whatever is wrong with the scene, the cloud or the settings, or files that cannot be written.
+pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
+    check_outputs(&args.output)?;
+    check_writable(&args.output.output)?;
+    let extra: Vec<(&str, toml::Value)> = args.output.spp.map(|spp| ("record.spp", toml::Value::Integer(spp.into()))).into_iter().collect();
+    let job = args.scene.prepare(&extra, args.output.time_limit, cancel)?;
+    let cloud = {
+        let _phase = job.run.phase("cloud", 1);
+        read_cloud(&args.cloud)?
+    };
+    let settings = &job.config.points;
+    let tree = {
+        let _phase = job.run.phase("tree", 1);
+        job.run.install(|| Hierarchy::new(&cloud, settings.hitsides))?
+    };
+    if args.channel.contains(&Channel::Indirect) && !tree.is_lit() {
+        return Err(Error::input(&args.cloud, None, "has no \"_radiosity\": bake it without --channels, or gather occlusion alone"));
+    }
+    let world = World::new(&job.scene, args.scene.backend, &job.run)?;
+    warn_of_camera(&args.scene, &job.run, &world);
+    let layers = gather_picture(&world, &cloud, &tree, settings, job.config.inputs(world.diagonal), &job.run)?;
+    let mut film = film(&layers, &args.channel, world.lights.sky);
+    let mut stats = serde_json::Map::new();
+    stats.insert("elements".into(), tree.len().into());
+    stats.insert("bytes_per_element".into(), (tree.bytes() as f64 / tree.len() as f64).into());
+    stats.insert("shading_points".into(), layers.gathered.len().into());
+    if let Some(rays) = args.traced {
+        let traced = traced_occlusion(&world, &layers.samples.points, settings, rays, job.config.seed, &job.run)?;
+        let difference = |f: &dyn Fn(f64) -> f64| {
+            let sum: f64 = layers.gathered.iter().zip(&traced).map(|(g, &t)| f(f64::from(g.occlusion) - f64::from(t))).sum();
+            sum / traced.len().max(1) as f64
+        };
+        let (mae, rmse, bias) = (difference(&f64::abs), difference(&|d| d * d).sqrt(), difference(&|d| d));
+        println!("occlusion against {rays} rays: mean absolute error {mae:.4}, root mean square {rmse:.4}, bias {bias:+.4}");
+        stats.insert("traced".into(), json!({ "rays": rays, "mean_absolute_error": mae, "rms": rmse, "bias": bias }));
+        let values: Vec<Rgb> = traced.into_iter().map(Rgb::splat).collect();
+        film.set("traced", layers.samples.mean(&values).iter().map(|c| c.x).collect());
+    }
+    finish(&args.scene, &args.output, "gather-points", &job, &world, Rendered { film, stats, ..Rendered::default() })
+}
+
+fn film(layers: &PointLayers, channels: &[Channel], sky: Rgb) -> Film {
+    let mut film = Film::new(layers.samples.width, layers.samples.height);
+    let sky = if sky == Rgb::ZERO { Rgb::splat(std::f32::consts::FRAC_1_PI) } else { sky };
+    // Pixels that show no surface stay black in every layer.
+    let seen: Vec<bool> = layers.layer(|_| Rgb::ONE).iter().map(|c| c.x > 0.0).collect();
+    for (i, channel) in channels.iter().enumerate() {
+        let values = match channel {
+            Channel::Occlusion => {
+                let values = layers.layer(|g| Rgb::splat(g.occlusion));
+                film.set("occlusion", values.iter().map(|c| c.x).collect());
+                values.into_iter().zip(&seen).map(|(v, &s)| if s { Rgb::ONE - v } else { Rgb::ZERO }).collect()
+            }
+            Channel::BentNormal => {
+                let values = layers.layer(|g| g.bent_normal);
+                film.set_xyz("bent", &values);
+                values.into_iter().zip(&seen).map(|(v, &s)| if s { (v.normalize_or_zero() + 1.0) * 0.5 } else { Rgb::ZERO }).collect()
+            }
+            Channel::Indirect => {
+                let values = layers.layer(|g| g.irradiance);
+                film.set_rgb("indirect", &values);
+                values
+            }
+            Channel::Environment => {
+                let values = layers.layer(|g| sky * g.open);
+                film.set_rgb("open", &values);
+                values
+            }
+        };
+        if i == 0 {
+            film.set_rgb("", &values);
+        }
+    }
+    film
+}

@@ -1,0 +1,140 @@
+//! `--method points`: direct light, and indirect light gathered from surface elements; no ray for occlusion or indirect light.
+//!
+//! ```text
+//! image = direct + albedo · (E_elements + sky · open) / π          at the shading points of pass 1
+//! ```
+//! The cloud is baked first ([`crate::points::bake`]) or read. Rays: the camera's, shadow rays of direct light at camera samples and, while baking, at
+//! elements. Layers beside the usual: `occlusion` (0 to 1), `bent.X/Y/Z` (mean open direction), `open` (share of the sky that is seen).
+//! Cost  a gather per shading point (about 1.1 a pixel).
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::Rendered;
+use super::stage::Inputs;
+use crate::error::Result;
+use crate::math::{Frame, Ray};
+use crate::points::{Cloud, Gathered, Hierarchy, PointsSettings, ProxyInputs, Receiver, accessibility, bake, gather_all};
+use crate::radiometry::Rgb;
+use crate::record::{CameraSamples, ShadingPoints, camera_samples};
+use crate::run::{RayKind, Run};
+use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere, sample_disc};
+use crate::shading::World;
+
+/// The shading points as receivers; `samplebase` jitters them within their pixel.
+pub fn receivers(points: &ShadingPoints, settings: &PointsSettings, seed: u64) -> Vec<Receiver> {
+    (0..points.len())
+        .map(|i| {
+            let mut p = points.p[i];
+            if settings.samplebase > 0.0 {
+                let frame = Frame::from_normal(points.ng[i]);
+                let u = Sobol::new(seed, Stream::Points, i as u64).sample_2d(0, 8);
+                let shift = sample_disc(u) * (0.5 * settings.samplebase * points.footprint[i]);
+                p += frame.s * shift.x + frame.t * shift.y;
+            }
+            Receiver { p, ng: points.ng[i], ns: points.ns[i] }
+        })
+        .collect()
+}
+
+/// What was gathered at the points of a picture.
+#[derive(Debug)]
+pub struct PointLayers {
+    /// Camera samples and points.
+    pub samples: CameraSamples,
+    /// One a point.
+    pub gathered: Vec<Gathered>,
+}
+
+impl PointLayers {
+    /// Layer values per pixel of a quantity of the points.
+    pub fn layer(&self, of: impl Fn(&Gathered) -> Rgb) -> Vec<Rgb> {
+        self.samples.mean(&self.gathered.iter().map(of).collect::<Vec<_>>())
+    }
+}
+
+/// Camera samples and a gather at every point, from a cloud and its tree.
+///
+/// # Errors
+/// For settings out of range, [`crate::error::Error::Interrupted`].
+pub fn gather_picture(world: &World, cloud: &Cloud, tree: &Hierarchy, settings: &PointsSettings, inputs: Inputs<'_>, run: &Run) -> Result<PointLayers> {
+    settings.validate()?;
+    inputs.record.validate()?;
+    let samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
+    let weights = accessibility(tree, cloud, world.diagonal, settings, run)?;
+    let gathered = gather_all(tree, settings, weights.as_ref(), &receivers(&samples.points, settings, inputs.seed), "gather", run)?;
+    Ok(PointLayers { samples, gathered })
+}
+
+/// The picture.
+///
+/// # Errors
+/// As [`bake`] and [`gather_picture`].
+pub fn render(world: &World, settings: &PointsSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+    let cloud = bake(world, settings, ProxyInputs { near_cell: inputs.near_cell, photon: inputs.photon }, inputs.seed, run)?;
+    render_cloud(world, &cloud, settings, inputs, run)
+}
+
+/// The picture from a cloud that is there already.
+///
+/// # Errors
+/// As [`gather_picture`]; clouds without elements.
+pub fn render_cloud(world: &World, cloud: &Cloud, settings: &PointsSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+    let tree = {
+        let _phase = run.phase("tree", 1);
+        run.install(|| Hierarchy::new(cloud, settings.hitsides))?
+    };
+    let layers = gather_picture(world, cloud, &tree, settings, inputs, run)?;
+    let sky = world.lights.sky;
+    let irradiance: Vec<Rgb> = layers.gathered.iter().map(|g| g.irradiance + sky * g.open).collect();
+    let mut film = layers.samples.compose(&irradiance);
+    film.set("occlusion", layers.layer(|g| Rgb::splat(g.occlusion)).iter().map(|c| c.x).collect());
+    film.set("open", layers.layer(|g| Rgb::splat(g.open * std::f32::consts::FRAC_1_PI)).iter().map(|c| c.x).collect());
+    film.set_xyz("bent", &layers.layer(|g| g.bent_normal));
+    let stats = [
+        ("elements", serde_json::json!(cloud.len())),
+        ("shading_points", layers.gathered.len().into()),
+        ("bytes_per_element", (tree.bytes() / tree.len()).into()),
+    ];
+    Ok(Rendered { film, stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(), ..Rendered::default() })
+}
+
+/// Occlusion at the points by `rays` cosine rays each, with the distances and the fall-off of `settings`: what the points are compared with.
+///
+/// # Errors
+/// [`crate::error::Error::Interrupted`].
+pub fn traced_occlusion(world: &World, points: &ShadingPoints, settings: &PointsSettings, rays: u32, seed: u64, run: &Run) -> Result<Vec<f32>> {
+    let phase = run.phase("traced", points.len() as u64);
+    let out = run.install(|| {
+        (0..points.len())
+            .into_par_iter()
+            .with_min_len(16)
+            .map(|i| {
+                if run.cancelled() {
+                    return 0.0;
+                }
+                let sobol = Sobol::new(seed, Stream::Gather, i as u64);
+                let frame = Frame::from_normal(points.ns[i]);
+                let mut sum = 0.0f64;
+                for r in 0..rays {
+                    let wi: Vec3 = frame.world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 0)));
+                    if wi.dot(points.ng[i]) <= 0.0 {
+                        sum += 1.0;
+                        continue;
+                    }
+                    let ray = Ray { t_max: settings.maxdist, ..Ray::new(points.p[i], wi) };
+                    sum += if settings.falloff == 0.0 {
+                        f64::from(u8::from(world.rays.occluded(&ray)))
+                    } else {
+                        world.rays.closest(&ray).map_or(0.0, |hit| f64::from(settings.weight(hit.t)))
+                    };
+                }
+                run.rays.add(RayKind::Sample, u64::from(rays));
+                phase.advance(1);
+                (sum / f64::from(rays)) as f32
+            })
+            .collect()
+    });
+    run.check()?;
+    Ok(out)
+}

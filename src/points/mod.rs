@@ -1,0 +1,60 @@
+//! Point-based ambient occlusion and colour bleeding: surfaces become discs, a hierarchy of discs makes their sum fast, no ray is shot.
+//!
+//! | File | Job |
+//! |---|---|
+//! | `dice` | [`dice`]: every triangle cut into pieces of equal area |
+//! | `element` | [`Cloud`]: position, normal, area and channels of the discs |
+//! | `cloud_file` | [`write_cloud`], [`read_cloud`]: binary PLY with the names of RenderMan's point clouds |
+//! | `settings` | [`PointsSettings`] |
+//! | `pack` | compact normals, colours, spherical harmonics |
+//! | `hierarchy` | [`Hierarchy`]: groups of discs, what they look like from afar |
+//! | `raster` | the hemisphere of a receiver, filled from near to far |
+//! | `gather` | [`Gather`]: the walk through the tree |
+//! | `sum` | the plain sum, Bunnell's correction |
+//! | `radiosity` | [`bake`]: direct light and bounces on the elements; [`gather_all`] |
+
+//!
+//! The line: `Geometry` → [`dice`] → [`Cloud`] (light baked on it, a file) → [`Hierarchy`] → [`Gather`] → [`Gathered`]. Baking may shoot
+//! rays (direct light); gathering cannot: nothing from the tree on knows of a ray query.
+//!
+//! # Measured
+//! Occlusion against rays at the same points (bias: too dark is positive), 100 000 elements, defaults:
+//!
+//! | Scene | mean absolute error | bias | 64 rays have |
+//! |---|---|---|---|
+//! | field with boxes and balls | 0.010 | +0.006 | 0.013 |
+//! | 400 slabs and balls in the air | 0.021 | +0.018 | 0.027 |
+//! | Sponza, from the camera | 0.012 | +0.008 | |
+//!
+//! Inside a closed box 0.2 % stays open, along its edges 1 %. Where mouldings are narrower than elements lie apart more does, and a bright
+//! sky leaks in: light dots at the wall panels of the built-in interior (400 000 elements: relMSE 0.13, bias +5 %).
+//! Larger groups and coarser rasters (`maxsolidangle`, `microbufres`), field, before layers were filled as now: 0.05 and 16: 0.010; 0.1 and 16: 0.010;
+//! 0.1 and 12: 0.013; 0.2 and 12: 0.013; 0.2 and 8: 0.022; groups looked at 3000, 1900, 1850, 1200, 1200.
+//!
+//! Cost of one gather in Sponza by elements (CPU time, the machine busy): 10 thousand 0.34 ms, 100 thousand 0.53 ms, 1 million 0.66 ms, 10 million 1.1 ms. A ray of
+//! Embree costs 0.14 µs beside it, so traced occlusion of about equal error (64 rays) is faster by a factor of some 60.
+//! 10 million elements: tree in 1.7 s on two cores (8 to 12 s with the machine overloaded), 77 B an element in all.
+//!
+//! Cornell box, defaults: relMSE of the picture 0.002 (128×128), bias −1.4 %; indirect irradiance 0.010, with `radiosity = "photon"` 0.006: every bounce on
+//! the elements loses about 2 % of its light.
+
+mod cloud_file;
+mod dice;
+mod element;
+mod gather;
+mod hierarchy;
+mod pack;
+mod radiosity;
+mod raster;
+mod settings;
+mod sum;
+
+pub use cloud_file::{read_cloud, write_cloud};
+pub use dice::{Density, Piece, dice};
+pub use element::{Channel, Cloud};
+pub use gather::{Gather, Receiver};
+pub use hierarchy::Hierarchy;
+pub use radiosity::{ProxyInputs, accessibility, bake, bake_areas, element_irradiance, gather_all};
+pub use raster::Gathered;
+pub use settings::{FalloffMode, HitSides, Overlap, PointsSettings, RadiositySource};
+pub use sum::{Accessibility, sum};
