@@ -16,6 +16,7 @@ mod measure;
 mod methods;
 mod options;
 mod progress;
+mod quality;
 mod render;
 mod show;
 mod statistics;

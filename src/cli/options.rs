@@ -10,6 +10,7 @@ use std::io::IsTerminal;
 use toml::Value;
 
 use super::progress::Bar;
+use super::quality::Quality;
 use super::{parse_seconds, parse_size, tell};
 use crate::accel::Backend;
 use crate::config::{self, RenderConfig};
@@ -29,6 +30,9 @@ pub(super) struct SceneOptions {
     /// Override any key of the scene file; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(super) assignments: Vec<String>,
+    /// How much time the picture is worth; settings given elsewhere win.
+    #[arg(long, default_value_t, value_enum)]
+    pub(super) quality: Quality,
     /// Seed of every random number.
     #[arg(long)]
     pub(super) seed: Option<u64>,
@@ -72,6 +76,7 @@ impl SceneOptions {
         let Loaded { scene, mut settings, notes, warnings } = self.load()?;
         drop(phase);
         tell(self.quiet, &notes, &warnings);
+        self.quality.fill(&mut settings)?;
         for (key, value) in extra {
             config::set(&mut settings, key, value.clone())?;
         }
