@@ -8,6 +8,7 @@ use toml::{Table, Value};
 
 use crate::error::{Error, Result};
 use crate::method::cache::CacheSettings;
+use crate::method::converge::ConvergeSettings;
 use crate::method::decompose::DecomposeSettings;
 use crate::method::gather::GatherSettings;
 use crate::method::path::PathSettings;
@@ -36,6 +37,8 @@ pub struct RenderConfig {
     pub gather: GatherSettings,
     /// Path tracing.
     pub path: PathSettings,
+    /// The picture that converges.
+    pub converge: ConvergeSettings,
 }
 
 impl RenderConfig {
@@ -56,6 +59,7 @@ impl RenderConfig {
         }
         let config: Self = table.try_into().map_err(|e: toml::de::Error| Error::setting("settings", one_line(e.message())))?;
         config.path.check()?;
+        config.converge.validate()?;
         config.decompose.validate()?;
         config.cache.validate()?;
         config.gather.validate()?;

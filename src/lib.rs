@@ -19,7 +19,7 @@
 //! | [`photon`] (6) | `World` → `PhotonMap` → radiosity of cells: the proxy |
 //! | [`film`] (6) | layers → EXR, PNG |
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
-//! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, direct, photon-map: siblings |
+//! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, direct, photon-map, converge: siblings |
 //! | [`config`], [`report`], [`cli`] (8–9) | settings, comparison and benchmark tables, the command line |
 //!
 //! Imports go from higher rank to lower; `tests/architecture.rs` checks it.
