@@ -113,7 +113,7 @@ fn a_cancelled_run_is_the_model() {
     let world = world(&room(16, 12), Backend::Bvh);
     let run = Run::new(1).unwrap();
     let film = trace(&world, 1, 4, None, &run);
-    run.canceller().store(true, std::sync::atomic::Ordering::SeqCst);
+    run.cancel_flag().store(true, std::sync::atomic::Ordering::SeqCst);
     let start = Rendered { film: film.clone(), ..Rendered::default() };
     let kept = render(start, &ConvergeSettings::default(), &mut |_, _, _| unreachable!(), &run).unwrap();
     assert_eq!(kept.film.rgb(""), film.rgb(""));

@@ -11,6 +11,11 @@ use crate::radiometry::Rgb;
 /// Albedo below which light is not demodulated.
 const DARK: f32 = 0.02;
 
+/// Standard errors by which a band's signal must exceed zero.
+const SIGNIFICANT: f32 = 3.0;
+/// Independent values in a local mean: pixels under three smoothings (4π · 21 step²) over those that the pyramid has already joined.
+const INDEPENDENT: [f32; 2] = [260.0, 60.0];
+
 /// Estimated relMSE, each mean over pixels and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Certificate {
@@ -105,7 +110,9 @@ fn weights(guide: &Guide, band: &[[f32; 12]], level: u32, share: [f32; 2]) -> Ve
     for more in 0..3 {
         local = guide.smooth(&local, 1 << (level + more).min(12));
     }
-    local.iter().map(|m| [wiener(m[0], m[1] * share[0]), wiener(m[2], m[3] * share[1])]).collect()
+    let apart = (band.len() as f32 / 4.0f32.powi(level as i32 + 1)).max(1.0);
+    let doubt = 2.0 * SIGNIFICANT / INDEPENDENT[usize::from(level > 0)].min(apart).sqrt();
+    local.iter().map(|m| [wiener(m[0] - doubt * m[1], m[1] * share[0]), wiener(m[2] - doubt * m[3], m[3] * share[1])]).collect()
 }
 
 fn certificate(picture: &[Rgb], base: &[Rgb], quarters: &[Vec<Rgb>; 4], kept: &[[f32; 12]], scale: &[Rgb], share: [f64; 2]) -> Certificate {
