@@ -9,7 +9,7 @@
 //! ```
 //! Method     b² is what the model lacks in a band, σ² the noise of X there, both from X alone; the weight is used on the other half. So a
 //!            firefly neither chooses its own weight nor is clamped. 2σ²/√N is the standard error of b² where there is nothing but noise: without
-//!            it, chance alone gives weights near 0.1 and the picture of 4 spp is 36 times worse than the model (Cornell box). Coarse bands, where noise averages out, are repaired after few samples.
+//!            it the error after 4 spp is 0.0173 in place of 0.0109 (Cornell box). Coarse bands, where noise averages out, are repaired after few samples.
 //! Certificate  Δ_X = (X0 − X1) / 2 has the noise of X, and F_X Δ_X, the same weighted sum of its bands, that of the share of O, so that
 //!            mean (O − A)(O − B) + s_A Δ_A F_B Δ_A + s_B Δ_B F_A Δ_B   estimates (O − T)² for the truth T (the covariance of O with A, B added
 //!            back); noise = (s_A F_B Δ_A)² + (s_B F_A Δ_B)²; M alone (M − A)(M − B); samples alone s_A s_B (A − B)².
@@ -20,6 +20,12 @@
 //!            bits for any thread count unless the clock stops it. Fewer than two samples in a quarter pair: the model itself.
 //! Not        layers other than the beauty stay the model's. The certificate neglects how w_X depends on X: a little low; of a few samples
 //!            it is itself noisy. Pixels may be slightly negative.
+//! Measured   relMSE (two-half ground truth), Cornell box 256², 4 and 16 spp: 0.0109, 0.0023 (certified 0.0111, 0.0021); path tracing alone
+//!            0.27, 0.055; model alone 0.0005. veach_ajar 320×180, 8 and 64 spp: 0.28, 0.053 (certified 0.00, 0.008); path tracing alone 15.6,
+//!            2.1; model alone 0.005.
+//! Known gap  after few samples the picture is worse than a good model, and with fireflies the certificate misses most of the error: N
+//!            takes the local mean to be over a whole kernel, which at edges, where the guide leaves few pixels, it is not, and
+//!            noise with heavy tails is not known from so few values.
 //! Cost       the samples, and 4 · levels smoothings of 25 taps at the end (and with `target_error` whenever samples have grown by half).
 //! Knobs      [`ConvergeSettings`].
 
