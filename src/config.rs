@@ -9,6 +9,7 @@ use toml::{Table, Value};
 use crate::denoise::Denoise;
 use crate::error::{Error, Result};
 use crate::method::cache::CacheSettings;
+use crate::method::converge::ConvergeSettings;
 use crate::method::decompose::DecomposeSettings;
 use crate::method::gather::GatherSettings;
 use crate::method::local_correction::LocalSettings;
@@ -45,6 +46,8 @@ pub struct RenderConfig {
     pub local: LocalSettings,
     /// Path tracing.
     pub path: PathSettings,
+    /// The picture that converges.
+    pub converge: ConvergeSettings,
 }
 
 impl RenderConfig {
@@ -66,6 +69,7 @@ impl RenderConfig {
         let own_near_filter = table.get("decompose").is_some_and(|d| d.get("near_filter").is_some());
         let mut config: Self = table.try_into().map_err(|e: toml::de::Error| Error::setting("settings", one_line(e.message())))?;
         config.path.check()?;
+        config.converge.validate()?;
         config.decompose.validate()?;
         config.cache.validate()?;
         config.gather.validate()?;

@@ -279,3 +279,27 @@ fn a_cloud_is_baked_and_gathered_from() {
     let setting = nearfar(&["render", &scene, "-o", &out, "--method", "points", "--set", "points.maxsolidangle=7"]);
     assert!(code(&setting) == 2 && stderr(&setting).contains("points.maxsolidangle"), "{}", stderr(&setting));
 }
+
+#[test]
+fn a_picture_that_converges_tells_its_error() {
+    let folder = Folder::new("converge");
+    let (scene, out, stats) = (folder.at("card.toml"), folder.at("o.exr"), folder.at("o.json"));
+    let output = nearfar(&["render", &scene, "-o", &out, "--converge", "--spp", "16", "--stats", &stats]);
+    assert!(code(&output) == 0 && output.stdout.is_empty() && stderr(&output).contains("estimated relMSE"), "{}", stderr(&output));
+    let film = read_exr(Path::new(&out)).unwrap();
+    assert!(film.channels["samples"].iter().all(|&n| n == 16.0) && film.header.contains_key("nearfar.converge.relmse"));
+    let stats: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
+    assert!(stats["converge_spp"] == 16.0 && stats["converge_relmse"].is_number());
+    let stopped = nearfar(&["render", &scene, "-o", &out, "--converge", "--target-error", "1e9"]);
+    assert!(code(&stopped) == 0 && stderr(&stopped).contains("note: 8.0 samples"), "{}", stderr(&stopped));
+    let limited = nearfar(&["render", &scene, "-o", &out, "--converge", "--time-limit", "0.01", "-q"]);
+    assert!(code(&limited) == 0 && limited.stderr.is_empty(), "{}", stderr(&limited));
+    for (arguments, fix) in [
+        (vec!["--target-error", "0.1"], "--converge"),
+        (vec!["--converge", "--spp", "2"], "converge.spp"),
+        (vec!["--converge", "--method", "path"], "nearfar reference"),
+    ] {
+        let output = nearfar(&[&["render", &scene, "-o", &out], &arguments[..]].concat());
+        assert!(code(&output) == 2 && stderr(&output).contains(fix), "{arguments:?}: {}", stderr(&output));
+    }
+}

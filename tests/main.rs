@@ -8,6 +8,7 @@ mod cache;
 mod cache_record;
 mod cli;
 mod conformance;
+mod converge;
 mod convergence;
 mod curves;
 mod decompose;

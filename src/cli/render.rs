@@ -11,16 +11,19 @@ use toml::Value;
 use super::options::{Job, OutputOptions, SceneOptions};
 use super::show::mark;
 use super::{check_writable, statistics};
+use crate::config::RenderConfig;
 use crate::denoise::{Denoise, Parts, denoise};
 use crate::error::{Error, Result};
 use crate::ffi::oidn::Denoiser;
 use crate::film::{self, Film, Precision};
 use crate::method::cache::{CacheSettings, store};
 use crate::method::decompose::DecomposeSettings;
+use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
-use crate::method::{Method, Rendered, cache, decompose, direct, gather, local_correction, path, photon_map, points};
+use crate::method::{Method, Rendered, cache, converge, decompose, direct, gather, local_correction, path, photon_map, points};
 use crate::report::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::run::Run;
+use crate::sampling::hash64;
 use crate::scene::{Fingerprint, Scene};
 use crate::shading::World;
 
@@ -37,6 +40,12 @@ pub(super) struct RenderArgs {
     /// Remove noise from the finished picture; it stays as it was in the layer "noisy".
     #[arg(long, value_enum)]
     denoise: Option<Denoise>,
+    /// Go on from this method's picture towards the ground truth, until --spp, --time-limit or --target-error.
+    #[arg(long)]
+    converge: bool,
+    /// With --converge: stop once the certified relMSE is below this.
+    #[arg(long, value_name = "RELMSE", requires = "converge")]
+    target_error: Option<f64>,
     /// Near/far distance: a length, or a share of the scene's diagonal such as "2%".
     #[arg(long, value_name = "LENGTH")]
     alpha: Option<String>,
@@ -94,9 +103,14 @@ const ENDLESS_SPP: i64 = 1 << 30;
 pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     let mut extra = Vec::new();
     if let Some(spp) = args.output.spp {
-        extra.push((spp_key(args.method), Value::Integer(spp.into())));
+        extra.push((if args.converge { "converge.spp" } else { spp_key(args.method) }, Value::Integer(spp.into())));
+    } else if args.converge && endless(&args.output, args.target_error) {
+        extra.push(("converge.spp", Value::Integer(ENDLESS_SPP)));
     } else if args.method == Method::Path && endless(&args.output, None) {
         extra.push(("path.spp", Value::Integer(ENDLESS_SPP)));
+    }
+    if let Some(error) = args.target_error {
+        extra.push(("converge.target_error", Value::Float(error)));
     }
     if let Some(alpha) = &args.alpha {
         extra.push(("decompose.alpha", crate::config::parse_value(alpha)));
@@ -122,6 +136,9 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, &config.record, config.seed, &job.run)?,
         Method::Direct => direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?,
     };
+    if args.converge {
+        rendered = converged(args, &world, config, rendered, &job.run)?;
+    }
     if let Some(denoiser) = &denoiser {
         denoised(&mut rendered, denoiser, args.method, &job.run)?;
     }
@@ -156,6 +173,9 @@ fn check_samples(args: &RenderArgs) -> Result<()> {
             return unknown("--locations-png", "--method decomposition or irradiance-cache");
         }
     }
+    if args.converge && matches!(args.method, Method::Path | Method::PhotonMap) {
+        return unknown("--converge", "a method with a picture to start from, such as --method decomposition (nearfar reference converges by itself)");
+    }
     [&args.save_cache, &args.locations, &args.locations_png].into_iter().flatten().try_for_each(|path| check_writable(path))
 }
 
@@ -182,6 +202,30 @@ fn decomposed(args: &RenderArgs, scene: &Scene, world: &World, settings: &Decomp
     }
     decompose::picture(world, settings, &prepared, inputs.seed, run)
 }
+
+/// Path-traced halves of independent seeds bring the model's picture towards the truth.
+fn converged(args: &RenderArgs, world: &World, config: &RenderConfig, model: Rendered, run: &Run) -> Result<Rendered> {
+    let mut sample = |half: usize, earlier: Option<&Film>, spp: u32| {
+        let settings = PathSettings { spp, target_error: 0.0, ..config.path.clone() };
+        path::reference(world, &settings, hash64(config.seed ^ CONVERGE_KEY ^ half as u64), run, earlier, true).map(|r| r.film)
+    };
+    let rendered = converge::render(model, &config.converge, &mut sample, run)?;
+    if !args.scene.quiet {
+        let of = |key: &str| rendered.stats.get(&format!("converge_{key}")).and_then(serde_json::Value::as_f64);
+        match (of("spp"), of("relmse"), of("bias"), of("noise"), of("model"), of("path")) {
+            (Some(spp), Some(relmse), Some(bias), Some(noise), Some(model), Some(path)) => {
+                eprintln!(
+                    "note: {spp:.1} samples a pixel; estimated relMSE {relmse:.2e} (bias {bias:.2e}, noise {noise:.2e}); model alone {model:.2e}, samples alone {path:.2e}"
+                );
+            }
+            _ => eprintln!("note: no time for samples: the picture is the model's"),
+        }
+    }
+    Ok(rendered)
+}
+
+/// Keeps the seeds of the halves apart from every other use of the seed.
+const CONVERGE_KEY: u64 = 0x636f_6e76_6572_6765;
 
 /// Stops by which the picture under the dots is darkened.
 const BACKDROP_STOPS: f32 = -2.0;

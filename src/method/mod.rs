@@ -1,6 +1,7 @@
 //! The methods, siblings that never import one another, and what they share: [`stage`] before them, [`Rendered`] after.
 
 pub mod cache;
+pub mod converge;
 pub mod decompose;
 pub mod direct;
 pub mod gather;
