@@ -101,7 +101,7 @@ pub fn combine(model: &Film, halves: [&Film; 2], settings: &ConvergeSettings) ->
 /// missed the light agree. Over the picture, S = Σ b₀b₁ counts only beyond what noise alone would bring.
 fn weights(band: &[[f32; 12]], norm: &[f32], level: u32, share: [f32; 2]) -> [f32; 2] {
     // Pixels that the bands below have already joined are no independent values.
-    let joined = 4.0f64.powi(level as i32 + 1);
+    let joined = 4.0f64.powi(level as i32 + 1).min(band.len() as f64);
     [0, 1].map(|h| {
         let (mut signal, mut noise, mut spread) = (0.0f64, 0.0f64, 0.0f64);
         for (b, &norm) in band.iter().zip(norm) {
