@@ -164,6 +164,6 @@ impl Builder<'_> {
         }
         *rays += u64::from(tested);
         // A cell that no tested member can face is left to the sum's own test of planes.
-        if tested == 0 { TESTS } else { ((free * u32::from(TESTS) + tested / 2) / tested) as u8 }
+        (free * u32::from(TESTS) + tested / 2).checked_div(tested).map_or(TESTS, |n| n as u8)
     }
 }
