@@ -3,7 +3,7 @@
 //! | Step | What | Rays |
 //! |---|---|---|
 //! | found | short cosine rays from random members: a cell that one of them hits is seen | [`DecomposeSettings::rays`] / 4 a cluster |
-//! | suspects | cells never hit, though their form factor F is above [`NOTICEABLE`], and cells hit whose F is above [`LARGE`] | [`TESTS`] each, member to cell |
+//! | suspects | cells never hit, though their form factor F is above `NOTICEABLE`, and cells hit whose F is above `LARGE` | `TESTS` each, member to cell |
 //! | flagged | cells that some of these saw and some did not, where abs(B G/π − S) exceeds `near_tolerance` of the far irradiance | one a point, to a random place on the cell; below the tolerance the share itself is the weight |
 //!
 //! A suspect that no ray saw is dropped, one that all saw is trusted. A point uses the set of its heaviest cluster.
@@ -35,7 +35,7 @@ pub const TESTS: u8 = 4;
 const NOTICEABLE: f32 = 0.004;
 const LARGE: f32 = 0.02;
 
-/// A block of the tree and how many of [`TESTS`] see each of its cells.
+/// A block of the tree and how many of `TESTS` see each of its cells.
 #[derive(Clone, Copy, Debug)]
 pub struct SetEntry {
     /// Block of the tree.
