@@ -22,8 +22,7 @@
 //! | [`denoise`] (6) | the finished picture denoised, by a library opened at run time |
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
 //! | [`points`] (6) | `Geometry` → `Cloud` of discs → hierarchy → occlusion and irradiance without rays |
-//! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, points, local-correction, direct, photon-map: siblings |
-//! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, direct, photon-map, converge: siblings |
+//! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, points, local-correction, direct, photon-map, converge: siblings |
 //! | [`config`], [`report`], [`cli`] (8–9) | settings, comparison and benchmark tables, the command line |
 //!
 //! Imports go from higher rank to lower; `tests/architecture.rs` checks it.
