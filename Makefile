@@ -1,13 +1,13 @@
 # nearfar: everything that is done often. Needs make, bash and cargo; ./setup brings the rest.
 #   make render   a fresh machine to a picture: scenes/cornell-box by the three-pass method, compared with its ground truth
-#   make test     the whole test suite, on Embree and without it
+#   make test     the whole test suite, on Embree and without it (installs Chromium for the pages' tests)
 #   make bench    ray backends and methods, measured
 #   make peers    the methods beside Mitsuba 3 with and without a denoiser; SCENE=scene.toml REFERENCE=truth.exr PEERS="--size 640x360"
 #   make reference, make readme   the Cornell box's ground truth, and the README's pictures and numbers, made again
 #   make lint     formatting, clippy and documentation, without warnings
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
-.PHONY: render test test-embree test-bvh bench peers lint setup reference readme
+.PHONY: render test test-embree test-bvh bench peers lint setup setup-test reference readme
 .DEFAULT_GOAL := render
 
 CARGO ?= cargo
@@ -17,6 +17,11 @@ OUT := out/cornell-box.exr
 
 setup:
 	@./setup
+
+# What the tests need besides. The variable makes a missing browser a failure, not a skip.
+setup-test:
+	@./setup --test
+test-embree test-bvh: export NEARFAR_TEST_BROWSER = 1
 
 render: setup
 	@$(CARGO) build --release
@@ -28,11 +33,11 @@ render: setup
 
 test: test-embree test-bvh
 
-test-embree: setup
+test-embree: setup-test
 	$(CARGO) test --release
 
 # The same suite without Embree. A folder of its own, so that the two builds do not undo each other.
-test-bvh: setup
+test-bvh: setup-test
 	$(CARGO) test --release --no-default-features --target-dir target/bvh
 
 reference: setup

@@ -1,5 +1,7 @@
 //! Small scenes made in code.
 
+pub mod browser;
+
 use glam::Vec3;
 use nearfar::accel::Backend;
 use nearfar::radiometry::Rgb;
