@@ -18,6 +18,7 @@ mod options;
 mod progress;
 mod quality;
 mod render;
+mod report;
 mod show;
 mod statistics;
 
@@ -55,6 +56,8 @@ enum Command {
     Bake(bake::BakeArgs),
     /// Gather occlusion, bent normals, indirect light or sky from a baked cloud: no ray but the camera's.
     Gather(gather::GatherArgs),
+    /// Make one HTML page of a folder of renders: pairs with a divider, differences, FLIP, errors, times.
+    Report(report::ReportArgs),
     /// Write a scene for other renderers (Mitsuba 3).
     Export(export::ExportArgs),
     /// Tell what a scene holds and what is odd about it.
@@ -102,6 +105,7 @@ pub fn run() -> ExitCode {
         Command::Bench(args) => bench::bench(&args, &cancel),
         Command::Bake(args) => bake::write(&args, &cancel),
         Command::Gather(args) => gather::gather(&args, &cancel),
+        Command::Report(args) => report::write(&args, &cancel),
         Command::Export(args) => export::write(&args),
         Command::Info(args) => info::info(&args, &cancel),
     };

@@ -67,11 +67,7 @@ impl SceneOptions {
         let start = Instant::now();
         let mut run = Run::new(self.threads)?;
         run.deadline = time_limit.map(|s| start + Duration::from_secs_f64(s));
-        if !self.quiet && std::io::stderr().is_terminal() {
-            run = run.with_reporter(Box::new(Bar::default()), Arc::clone(cancel));
-        } else {
-            run = run.with_reporter(Box::new(NoBar), Arc::clone(cancel));
-        }
+        run = with_bar(run, self.quiet, cancel);
         let phase = run.phase("load", 1);
         let Loaded { scene, mut settings, notes, warnings } = self.load()?;
         drop(phase);
@@ -111,6 +107,12 @@ impl SceneOptions {
         }
         load(&self.scene, &overrides)
     }
+}
+
+/// The run with a progress bar where there is a terminal to show it, and with Ctrl-C.
+pub(super) fn with_bar(run: Run, quiet: bool, cancel: &Arc<AtomicBool>) -> Run {
+    let reporter: Box<dyn crate::run::Reporter> = if !quiet && std::io::stderr().is_terminal() { Box::new(Bar::default()) } else { Box::new(NoBar) };
+    run.with_reporter(reporter, Arc::clone(cancel))
 }
 
 #[derive(Debug)]

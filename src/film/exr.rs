@@ -29,7 +29,7 @@ fn stays_full(name: &str) -> bool {
 }
 
 /// Runs `write` on a temporary neighbour of `path`, then renames it to `path`; leaves nothing behind on failure.
-pub(super) fn atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+pub(crate) fn atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let name = path.file_name().ok_or_else(|| Error::Image { path: path.into(), message: "names no file".into() })?;
     let temporary: PathBuf = path.with_file_name(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
     let done = write(&temporary).and_then(|()| std::fs::rename(&temporary, path).map_err(|source| Error::Io { path: path.into(), source }));

@@ -13,6 +13,7 @@ pub mod methods;
 mod metrics;
 #[cfg(feature = "embree")]
 mod native_loop;
+pub mod page;
 pub mod streams;
 
 pub use compare::{Comparison, Reference, compare, difference, exposure_of, read_reference};

@@ -1,0 +1,148 @@
+//! One section's pictures with their figures, as the page's script reads them.
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::encode;
+use super::folder::{Picture, find_reference, reference_of};
+use super::manifest::{SectionPlan, Sweep, Toggle};
+use crate::error::Result;
+use crate::radiometry::Rgb;
+use crate::report::{Comparison, Reference, compare, exposure_of, flip};
+use crate::run::{Phase, Run};
+
+/// What the script gets of a section.
+#[derive(Debug, Serialize)]
+pub(super) struct Section {
+    pub id: String,
+    pub title: String,
+    pub text: String,
+    pub width: u32,
+    pub height: u32,
+    pub exposure: f32,
+    pub reference: Option<String>,
+    pub pair: [String; 2],
+    pub shown: Vec<Shown>,
+    pub toggles: Vec<Toggle>,
+    pub sweep: Option<Sweep>,
+    pub ratio: Option<Ratio>,
+}
+
+/// One picture.
+#[derive(Debug, Serialize)]
+pub(super) struct Shown {
+    pub name: String,
+    /// Half floats, see `encode`.
+    pub colors: String,
+    /// FLIP per pixel against the reference.
+    pub flip: Option<String>,
+    /// 1 where the method took a sample.
+    pub locations: Option<String>,
+    pub method: Option<String>,
+    pub error: Option<Comparison>,
+    pub cpu_seconds: Option<f64>,
+    pub wall_seconds: Option<f64>,
+    /// Of the statistics: what a reader asks for first.
+    pub facts: Vec<(&'static str, Value)>,
+}
+
+/// Irradiance caching : ours : Monte Carlo, as the course states its result.
+#[derive(Debug, Serialize)]
+pub(super) struct Ratio {
+    pub cache: String,
+    pub ours: String,
+    pub cache_over_ours: Option<f64>,
+    /// The reference's time × (its own relMSE / ours) over ours: Monte Carlo's error falls as 1 / samples.
+    pub monte_carlo_over_ours: Option<f64>,
+}
+
+const FACTS: [&str; 8] = ["clusters", "records", "rays_per_cluster", "alpha", "triangles", "cells", "peak_rss_bytes", "threads"];
+
+fn shown(picture: &Picture, pixels: &[Rgb], reference: Option<&Reference>) -> Result<Shown> {
+    let film = &picture.film;
+    let error = reference.map(|r| compare(film, &picture.path, r)).transpose()?;
+    let flip = reference.zip(error.as_ref()).map(|(r, e)| {
+        let lit = |p: &[Rgb]| p.iter().map(|&c| if c.is_finite() { c * e.exposure.exp2() } else { Rgb::ZERO }).collect::<Vec<_>>();
+        encode::map(&flip(&lit(pixels), &lit(&r.mean), film.width as usize, film.height as usize), film.width, film.height)
+    });
+    Ok(Shown {
+        name: picture.name.clone(),
+        colors: encode::colors(pixels, film.width, film.height)?,
+        flip: flip.transpose()?,
+        locations: film.channels.get("location").map(|l| encode::map(l, film.width, film.height)).transpose()?,
+        method: picture.method().map(str::to_owned),
+        error,
+        cpu_seconds: picture.cpu_seconds(),
+        wall_seconds: picture.wall_seconds(),
+        facts: FACTS.iter().filter(|k| !picture.statistics[**k].is_null()).map(|k| (*k, picture.statistics[*k].clone())).collect(),
+    })
+}
+
+/// relMSE of the mean of two halves by their difference, per pixel at the denominators of the mean.
+fn own_noise(reference: &Reference) -> Option<f64> {
+    let halves = reference.halves.as_ref()?;
+    let half_difference: Vec<Rgb> = halves.0.iter().zip(&halves.1).zip(&reference.mean).map(|((a, b), m)| *m + (*a - *b) * 0.5).collect();
+    Some(crate::report::errors(&half_difference, &reference.mean, None).relmse_trimmed)
+}
+
+fn ratio(names: Option<&[String; 2]>, pictures: &[Picture], made: &[Shown], reference: Option<(&Picture, &Reference)>) -> Option<Ratio> {
+    let by_method = |method: &str| pictures.iter().find(|p| p.method() == Some(method)).map(|p| p.name.clone());
+    let [cache, ours] = match names {
+        Some(names) => names.clone(),
+        None => [by_method("irradiance-cache")?, by_method("decomposition")?],
+    };
+    let of = |name: &str| made.iter().find(|s| s.name == name);
+    let (theirs, own) = (of(&cache)?, of(&ours)?);
+    let own_seconds = own.cpu_seconds.filter(|s| *s > 0.0)?;
+    let monte_carlo = reference.and_then(|(picture, reference)| {
+        let error = own.error.as_ref()?.errors.relmse_trimmed;
+        Some(picture.cpu_seconds()? * own_noise(reference)? / error / own_seconds).filter(|v| v.is_finite() && *v > 0.0)
+    });
+    Some(Ratio { cache_over_ours: theirs.cpu_seconds.map(|s| s / own_seconds), monte_carlo_over_ours: monte_carlo, cache, ours })
+}
+
+/// Builds a section from its pictures, all of one size.
+///
+/// # Errors
+/// Images that cannot be compared, Ctrl-C.
+pub(super) fn section(id: String, plan: &SectionPlan, pictures: &[Picture], run: &Run, phase: &Phase<'_>) -> Result<Section> {
+    let found = find_reference(pictures, plan.reference.as_deref());
+    let reference = found.map(|i| reference_of(&pictures[i])).transpose()?;
+    let (width, height) = (pictures[0].film.width, pictures[0].film.height);
+    let mut made = Vec::new();
+    for (i, picture) in pictures.iter().enumerate() {
+        run.check()?;
+        let pixels = picture.film.rgb("").unwrap_or_default();
+        made.push(shown(picture, &pixels, reference.as_ref().filter(|_| found != Some(i)))?);
+        if plan.layers.contains(&picture.name) {
+            for layer in ["far", "near"] {
+                match picture.film.rgb(layer) {
+                    Some(values) => made.push(Shown { error: None, flip: None, locations: None, name: format!("{} · {layer}", picture.name), ..shown(picture, &values, None)? }),
+                    None => run.warn(format!("{}: no layer {layer}; render with --aov {layer}", picture.path.display())),
+                }
+            }
+        }
+        phase.advance(1);
+    }
+    let name = |i: usize| pictures[i].name.clone();
+    let first = (0..pictures.len()).find(|i| found != Some(*i)).unwrap_or(0);
+    let ours = pictures.iter().position(|p| p.method() == Some("decomposition") && found.is_none_or(|f| name(f) != p.name)).unwrap_or(first);
+    let last = pictures.len() - 1;
+    let exposure = plan.exposure.unwrap_or_else(|| {
+        reference.as_ref().map_or_else(|| exposure_of(&pictures[0].film.rgb("").unwrap_or_default()), |r| exposure_of(&r.mean))
+    });
+    Ok(Section {
+        title: plan.title.clone().unwrap_or_else(|| if plan.folder == "." { "Pictures".into() } else { plan.folder.clone() }),
+        text: plan.text.clone(),
+        pair: plan.pair.clone().unwrap_or_else(|| [name(ours), name(found.unwrap_or(last))]),
+        ratio: ratio(plan.ratio.as_ref(), pictures, &made, found.map(|i| &pictures[i]).zip(reference.as_ref())),
+        reference: found.map(name),
+        toggles: plan.toggle.clone(),
+        sweep: plan.sweep.clone(),
+        shown: made,
+        id,
+        width,
+        height,
+        exposure,
+    })
+}
