@@ -14,6 +14,7 @@ mod metrics;
 #[cfg(feature = "embree")]
 mod native_loop;
 pub mod streams;
+pub mod viewer;
 
 pub use compare::{Comparison, Reference, compare, difference, exposure_of, read_reference};
 pub use flip::flip;
