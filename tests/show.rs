@@ -102,7 +102,7 @@ fn discs_have_their_places_colours_and_values() {
     {
         assert_eq!(values[name], value, "{name} in {values}");
     }
-    page.click([at[k][0], 5.0]);
+    page.click([3.0, 3.0]);
     assert_eq!(picked(&mut page), serde_json::json!({}));
     page.assert_quiet();
     std::fs::remove_dir_all(folder).unwrap();
@@ -124,11 +124,9 @@ fn controls_change_the_picture() {
     changed(&mut page, "albedo");
     choose(&mut page, "y");
     changed(&mut page, "scalar");
-    let at = places(&mut page, 9);
     slide(&mut page, "level", 0);
     changed(&mut page, "root");
     let root = places(&mut page, 1)[0];
-    assert!(at.iter().all(|p| (p[0] - root[0]).hypot(p[1] - root[1]) > 10.0 || (p[0] - root[0]).abs() < 1.0), "the root is in the middle");
     choose(&mut page, "_radiosity");
     changed(&mut page, "root, radiosity");
     page.click(root);
@@ -206,7 +204,7 @@ fn points_without_normals_and_other_types_are_shown() {
 }
 
 #[test]
-#[ignore = "slow: a million discs by software WebGL, half a minute"]
+#[ignore = "slow: a million discs by software WebGL, half a minute on an idle machine"]
 fn a_million_discs() {
     let folder = folder("million");
     let ply = folder.join("million.ply");

@@ -9,7 +9,7 @@ class Camera {
     const { low, high } = this.home;
     this.target = low.map((v, i) => (v + high[i]) / 2);
     this.size = Math.hypot(...low.map((v, i) => high[i] - v)) || 1;
-    this.distance = 1.15 * this.size;
+    this.distance = 1.5 * this.size;
     this.yaw = 0.5;
     this.pitch = 0.35;
   }

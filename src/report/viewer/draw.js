@@ -20,14 +20,18 @@ void main() {
   at = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
   shade = colour;
   id = gl_InstanceID;
-  if (points) {
-    gl_Position = clip_from_world * vec4(place, 1.0);
-    gl_Position.xy += at * size / half_pixels * gl_Position.w;
+  gl_Position = clip_from_world * vec4(place, 1.0);
+  // Discs less than a pixel wide would be missed by the pixels' centres.
+  float up = length(vec3(clip_from_world[0].y, clip_from_world[1].y, clip_from_world[2].y));
+  bool tiny = size * radius * up * half_pixels.y < 0.75 * gl_Position.w;
+  bool hidden = !points && cull && dot(eye - place, normal) <= 0.0;
+  if (points || tiny) {
+    gl_Position.xy += at * (points ? size : 0.75) / half_pixels * gl_Position.w;
   } else {
     vec3 n = normalize(normal), t = normalize(cross(abs(n.y) < 0.9 ? vec3(0, 1, 0) : vec3(1, 0, 0), n));
     gl_Position = clip_from_world * vec4(place + size * radius * (at.x * t + at.y * cross(n, t)), 1.0);
-    if (cull && dot(eye - place, n) <= 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
   }
+  if (hidden) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
 }`;
 
 const FRAGMENT = `#version 300 es
