@@ -86,7 +86,7 @@ class Viewer {
       floats[(at + RADIUS) / 4] = areas ? Math.sqrt(areas[i] / Math.PI) : 0;
     }
     const elements = level > deepest;
-    $("level-value").textContent = elements ? "elements" : `${level}: ${n.toLocaleString("en")} nodes`;
+    $("level-value").textContent = elements ? "elements" : `${level}: ${n.toLocaleString("en")} node${n === 1 ? "" : "s"}`;
     $("level").setAttribute("aria-valuetext", $("level-value").textContent);
     this.forget();
     this.setChannel();
