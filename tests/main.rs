@@ -22,6 +22,7 @@ mod pixel_filter;
 mod points;
 mod references;
 mod reuse;
+mod show;
 mod subdivision;
 mod support;
 mod truth;

@@ -59,6 +59,9 @@ pub(super) struct RenderArgs {
     /// Write where indirect light was sampled, as PLY points.
     #[arg(long, value_name = "FILE.ply")]
     locations: Option<PathBuf>,
+    /// With --method photon-map: write the photons, as PLY points.
+    #[arg(long, value_name = "FILE.ply")]
+    photons: Option<PathBuf>,
     /// Write the picture, darkened, with a dot at every sample of indirect light.
     #[arg(long, value_name = "FILE.png")]
     locations_png: Option<PathBuf>,
@@ -143,6 +146,9 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         denoised(&mut rendered, denoiser, args.method, &job.run)?;
     }
     write_samples(args, &rendered)?;
+    if let Some(path) = &args.photons {
+        photon_map::write_photons(&world, inputs.near_cell, &config.photon, config.seed, path, &job.run)?;
+    }
     finish(&args.scene, &args.output, &name(args.method), &job, &world, rendered)
 }
 
@@ -176,7 +182,10 @@ fn check_samples(args: &RenderArgs) -> Result<()> {
     if args.converge && matches!(args.method, Method::Path | Method::PhotonMap) {
         return unknown("--converge", "a method with a picture to start from, such as --method decomposition (nearfar reference converges by itself)");
     }
-    [&args.save_cache, &args.locations, &args.locations_png].into_iter().flatten().try_for_each(|path| check_writable(path))
+    if args.photons.is_some() && args.method != Method::PhotonMap {
+        return unknown("--photons", "--method photon-map");
+    }
+    [&args.save_cache, &args.locations, &args.locations_png, &args.photons].into_iter().flatten().try_for_each(|path| check_writable(path))
 }
 
 fn with_cache(args: &RenderArgs, scene: &Scene, world: &World, settings: &CacheSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {

@@ -4,19 +4,22 @@
 //! decomposition sees, emission added. Cells show as facets, photon noise as blotches.
 //! Layers: beauty, `irradiance` (indirect, W·m⁻²), `albedo`, `cell.id` (at the pixel centre, −1 for background).
 
-use rayon::prelude::*;
+use std::path::Path;
 
-use super::Rendered;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::{Rendered, ply};
 use crate::error::Result;
 use crate::film::Film;
 use crate::math::Ray;
-use crate::photon::{PhotonSettings, solve};
+use crate::photon::{PhotonSettings, solve, trace};
 use crate::radiometry::Rgb;
 use crate::record::RecordSettings;
 use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream};
 use crate::shading::World;
-use crate::tessellate::Cells;
+use crate::tessellate::{Cells, Side};
 
 /// Renders the proxy made of cells no longer than `near_cell` (scene units) with the samples of `record`.
 ///
@@ -85,4 +88,40 @@ pub fn render(world: &World, near_cell: f32, settings: &PhotonSettings, record: 
         ("starved_cell_sides", stats.starved.into()),
     ];
     Ok(Rendered { film, stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(), ..Rendered::default() })
+}
+
+/// Traces the photons of [`render`] again, the same for the same seed, and writes them as binary PLY: `x y z`, the direction they travelled in
+/// (`incident_x incident_y incident_z`), their share of the flux in W (`flux_r flux_g flux_b`), `cell` and `back` (1 where they hit the back of it),
+/// and `red green blue` for viewers.
+///
+/// # Errors
+/// [`crate::error::Error::Io`] when the system refuses, [`crate::error::Error::Interrupted`], cells that do not fit memory.
+pub fn write_photons(world: &World, near_cell: f32, settings: &PhotonSettings, seed: u64, path: &Path, run: &Run) -> Result<()> {
+    #[derive(Serialize)]
+    struct Row {
+        x: f32,
+        y: f32,
+        z: f32,
+        incident_x: f32,
+        incident_y: f32,
+        incident_z: f32,
+        flux_r: f32,
+        flux_g: f32,
+        flux_b: f32,
+        cell: u32,
+        back: u8,
+        red: u8,
+        green: u8,
+        blue: u8,
+    }
+    let cells = run.install(|| Cells::new(&world.geometry, near_cell))?;
+    let photons = trace(world, &cells, settings.count, seed, run)?.photons;
+    let scale = ply::colour_scale(photons.iter().map(|p| p.flux));
+    let rows = photons.iter().map(|p| {
+        let ([x, y, z], [incident_x, incident_y, incident_z]) = (p.position.to_array(), p.incident.to_array());
+        let ([flux_r, flux_g, flux_b], [red, green, blue]) = (p.flux.to_array(), ply::colour(p.flux, scale));
+        let back = u8::from(p.side() == Side::Back);
+        Row { x, y, z, incident_x, incident_y, incident_z, flux_r, flux_g, flux_b, cell: p.cell(), back, red, green, blue }
+    });
+    ply::write(path, vec!["nearfar photons".into(), "flux in W, its share of all paths".into()], rows.collect())
 }

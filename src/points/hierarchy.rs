@@ -88,6 +88,25 @@ pub struct Hierarchy {
     lit: bool,
 }
 
+/// A node, for looking at: one disc for all elements below it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Group {
+    /// First element below, in the tree's order.
+    pub first: u32,
+    /// Elements below.
+    pub count: u32,
+    /// Steps from the root.
+    pub depth: u32,
+    /// Nothing below but elements.
+    pub leaf: bool,
+    /// Centre of area, world space.
+    pub center: Vec3,
+    /// Mean normal; its length, at most 1, is the spread.
+    pub normal: Vec3,
+    /// Sum of areas, scene units squared.
+    pub area: f32,
+}
+
 impl Disc {
     pub fn area(&self) -> f32 {
         self.signed_area.abs()
@@ -347,11 +366,7 @@ impl Hierarchy {
     }
     /// Ranges of elements in the tree's order: the largest groups of at most `most`.
     pub(super) fn groups(&self, most: usize) -> Vec<std::ops::Range<usize>> {
-        // Sizes from the back: children follow their parent.
-        let mut span = vec![(0u32, 0u32); self.nodes.len()];
-        for (i, node) in self.nodes.iter().enumerate().rev() {
-            span[i] = if node.count > 0 { (node.next, node.next + u32::from(node.count)) } else { (span[i + 1].0, span[node.next as usize].1) };
-        }
+        let span = self.spans();
         let (mut groups, mut stack) = (Vec::new(), vec![0usize]);
         while let Some(i) = stack.pop() {
             let (from, to) = (span[i].0 as usize, span[i].1 as usize);
@@ -362,6 +377,33 @@ impl Hierarchy {
             }
         }
         groups
+    }
+    /// Position in the cloud of every element, in the tree's order.
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+    /// Every node, parents before their children: those of one depth are what the cloud looks like at that level, beside leaves above it.
+    pub fn all_groups(&self) -> Vec<Group> {
+        let (span, mut groups) = (self.spans(), Vec::with_capacity(self.nodes.len()));
+        let mut open = vec![(0usize, 0u32)];
+        while let Some((i, depth)) = open.pop() {
+            let (node, (first, end)) = (&self.nodes[i], span[i]);
+            let (center, normal, area) = (node.center, node.mean_normal(), self.appearances[i].total);
+            groups.push(Group { first, count: end - first, depth, leaf: node.count > 0, center, normal, area });
+            if node.count == 0 {
+                open.extend([(node.next as usize, depth + 1), (i + 1, depth + 1)]);
+            }
+        }
+        groups
+    }
+    /// Range of elements below every node.
+    fn spans(&self) -> Vec<(u32, u32)> {
+        // From the back: children follow their parent.
+        let mut span = vec![(0u32, 0u32); self.nodes.len()];
+        for (i, node) in self.nodes.iter().enumerate().rev() {
+            span[i] = if node.count > 0 { (node.next, node.next + u32::from(node.count)) } else { (span[i + 1].0, span[node.next as usize].1) };
+        }
+        span
     }
     /// True when the elements hold radiosity: light can be gathered, not only occlusion.
     pub fn is_lit(&self) -> bool {

@@ -5,6 +5,7 @@
 //! | `dice` | [`dice`]: every triangle cut into pieces of equal area |
 //! | `element` | [`Cloud`]: position, normal, area and channels of the discs |
 //! | `cloud_file` | [`write_cloud`], [`read_cloud`]: binary PLY with the names of RenderMan's point clouds |
+//! | `ply_header` | names and places of a PLY file's numbers |
 //! | `settings` | [`PointsSettings`] |
 //! | `pack` | compact normals, colours, spherical harmonics |
 //! | `hierarchy` | [`Hierarchy`]: groups of discs, what they look like from afar |
@@ -44,6 +45,7 @@ mod element;
 mod gather;
 mod hierarchy;
 mod pack;
+pub(crate) mod ply_header;
 mod radiosity;
 mod raster;
 mod settings;
@@ -53,7 +55,7 @@ pub use cloud_file::{read_cloud, write_cloud};
 pub use dice::{Density, Piece, dice};
 pub use element::{Channel, Cloud};
 pub use gather::{Gather, Receiver};
-pub use hierarchy::Hierarchy;
+pub use hierarchy::{Group, Hierarchy};
 pub use radiosity::{ProxyInputs, accessibility, bake, bake_areas, element_irradiance, gather_all};
 pub use raster::Gathered;
 pub use settings::{FalloffMode, HitSides, Overlap, PointsSettings, RadiositySource};

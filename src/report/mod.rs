@@ -15,6 +15,7 @@ mod metrics;
 mod native_loop;
 pub mod page;
 pub mod streams;
+pub mod viewer;
 
 pub use compare::{Comparison, Reference, compare, difference, exposure_of, read_reference};
 pub use flip::flip;
