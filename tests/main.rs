@@ -21,6 +21,7 @@ mod photon;
 mod pixel_filter;
 mod points;
 mod references;
+mod report;
 mod reuse;
 mod show;
 mod subdivision;

@@ -39,7 +39,14 @@ fn of_one_size(pictures: Vec<Picture>, run: &Run) -> Vec<Picture> {
     let Some(common) = pictures.iter().map(size).rev().max_by_key(|s| count(*s)) else { return pictures };
     let (kept, left): (Vec<_>, Vec<_>) = pictures.into_iter().partition(|p| size(p) == common);
     for p in left {
-        run.warn(format!("{}: left out: {}×{} pixels, the others {}×{}; put it into a folder of its own", p.path.display(), p.film.width, p.film.height, common.0, common.1));
+        run.warn(format!(
+            "{}: left out: {}×{} pixels, the others {}×{}; put it into a folder of its own",
+            p.path.display(),
+            p.film.width,
+            p.film.height,
+            common.0,
+            common.1
+        ));
     }
     kept
 }
@@ -73,7 +80,10 @@ pub fn page(dir: &Path, run: &Run) -> Result<String> {
         manifest.section
     };
     if plans.is_empty() {
-        return Err(Error::Usage(format!("{}: no EXR pictures in this folder or its subfolders; render some with `nearfar render SCENE -o {0}/NAME.exr --stats {0}/NAME.json`", dir.display())));
+        return Err(Error::Usage(format!(
+            "{}: no EXR pictures in this folder or its subfolders; render some with `nearfar render SCENE -o {0}/NAME.exr --stats {0}/NAME.json`",
+            dir.display()
+        )));
     }
     let wanted: Vec<(PathBuf, Vec<String>)> = plans
         .iter()

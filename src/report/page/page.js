@@ -45,6 +45,8 @@ class SectionView {
       ...[['off', t.off], ['on', t.on]].map(([word, name]) => make('button', { 'data-picture': name, 'aria-pressed': 'false', onclick: () => this.show(0, name) }, word))])));
     if (data.sweep) this.root.append(this.sweep());
     this.stage = this.surface('pair');
+    // A tall picture must not be taller than the window.
+    this.stage.style.maxWidth = `${82 * data.width / data.height}vh`;
     this.tags = ['left', 'right'].map(side => make('span', { class: 'tag ' + side }));
     this.divider = make('div', { class: 'divider', role: 'slider', tabindex: 0, 'aria-label': 'divider between the left and the right picture', 'aria-valuemin': 0, 'aria-valuemax': 100 });
     this.stage.append(...this.tags, this.divider);

@@ -117,7 +117,13 @@ pub(super) fn section(id: String, plan: &SectionPlan, pictures: &[Picture], run:
         if plan.layers.contains(&picture.name) {
             for layer in ["far", "near"] {
                 match picture.film.rgb(layer) {
-                    Some(values) => made.push(Shown { error: None, flip: None, locations: None, name: format!("{} · {layer}", picture.name), ..shown(picture, &values, None)? }),
+                    Some(values) => made.push(Shown {
+                        error: None,
+                        flip: None,
+                        locations: None,
+                        name: format!("{} · {layer}", picture.name),
+                        ..shown(picture, &values, None)?
+                    }),
                     None => run.warn(format!("{}: no layer {layer}; render with --aov {layer}", picture.path.display())),
                 }
             }
@@ -126,11 +132,12 @@ pub(super) fn section(id: String, plan: &SectionPlan, pictures: &[Picture], run:
     }
     let name = |i: usize| pictures[i].name.clone();
     let first = (0..pictures.len()).find(|i| found != Some(*i)).unwrap_or(0);
-    let ours = pictures.iter().position(|p| p.method() == Some("decomposition") && found.is_none_or(|f| name(f) != p.name)).unwrap_or(first);
+    let swept = |n: &str| plan.sweep.as_ref().is_some_and(|s| s.pictures.iter().any(|p| p == n));
+    let ours = pictures.iter().enumerate().position(|(i, p)| p.method() == Some("decomposition") && found != Some(i) && !swept(&p.name)).unwrap_or(first);
     let last = pictures.len() - 1;
-    let exposure = plan.exposure.unwrap_or_else(|| {
-        reference.as_ref().map_or_else(|| exposure_of(&pictures[0].film.rgb("").unwrap_or_default()), |r| exposure_of(&r.mean))
-    });
+    let exposure = plan
+        .exposure
+        .unwrap_or_else(|| reference.as_ref().map_or_else(|| exposure_of(&pictures[0].film.rgb("").unwrap_or_default()), |r| exposure_of(&r.mean)));
     Ok(Section {
         title: plan.title.clone().unwrap_or_else(|| if plan.folder == "." { "Pictures".into() } else { plan.folder.clone() }),
         text: plan.text.clone(),
