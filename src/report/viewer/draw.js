@@ -11,7 +11,7 @@ layout(location = 3) in float radius;
 uniform mat4 clip_from_world;
 uniform vec3 eye;
 uniform vec2 half_pixels;
-uniform float size;
+uniform float size, least;
 uniform bool points, cull;
 out vec2 at;
 flat out vec3 shade;
@@ -21,12 +21,12 @@ void main() {
   shade = colour;
   id = gl_InstanceID;
   gl_Position = clip_from_world * vec4(place, 1.0);
-  // Discs less than a pixel wide would be missed by the pixels' centres.
+  // Discs less than a pixel wide would be missed by the pixels' centres; a few small ones, by the eye.
   float up = length(vec3(clip_from_world[0].y, clip_from_world[1].y, clip_from_world[2].y));
-  bool tiny = size * radius * up * half_pixels.y < 0.75 * gl_Position.w;
+  bool tiny = size * radius * up * half_pixels.y < least * gl_Position.w;
   bool hidden = !points && cull && dot(eye - place, normal) <= 0.0;
   if (points || tiny) {
-    gl_Position.xy += at * (points ? size : 0.75) / half_pixels * gl_Position.w;
+    gl_Position.xy += at * (points ? size : least) / half_pixels * gl_Position.w;
   } else {
     vec3 n = normalize(normal), t = normalize(cross(abs(n.y) < 0.9 ? vec3(0, 1, 0) : vec3(1, 0, 0), n));
     gl_Position = clip_from_world * vec4(place + size * radius * (at.x * t + at.y * cross(n, t)), 1.0);
@@ -109,6 +109,7 @@ class Painter {
     gl.uniform3fv(this.at("eye"), camera.eye());
     gl.uniform2f(this.at("half_pixels"), canvas.width / 2, canvas.height / 2);
     gl.uniform1f(this.at("size"), look.points ? 1.5 * pixels * look.size : look.size);
+    gl.uniform1f(this.at("least"), this.count > 20000 ? 0.75 : 2 * pixels);
     gl.uniform1i(this.at("points"), look.points);
     gl.uniform1i(this.at("cull"), look.cull);
     gl.uniform1i(this.at("picked"), look.picked);
