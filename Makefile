@@ -4,10 +4,11 @@
 #   make bench    ray backends and methods, measured
 #   make peers    the methods beside Mitsuba 3 with and without a denoiser; SCENE=scene.toml REFERENCE=truth.exr PEERS="--size 640x360"
 #   make reference, make readme   the Cornell box's ground truth, and the README's pictures and numbers, made again
+#   make gallery  every scene by three methods with its ground truth, and gallery/index.html; ARGS=--quick in minutes; goes on where it stopped
 #   make lint     formatting, clippy and documentation, without warnings
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
-.PHONY: render test test-embree test-bvh bench peers lint setup setup-test reference readme
+.PHONY: render test test-embree test-bvh bench peers lint setup setup-test reference readme gallery
 .DEFAULT_GOAL := render
 
 CARGO ?= cargo
@@ -47,6 +48,10 @@ reference: setup
 readme: setup
 	@$(CARGO) build --release
 	@.ci/readme
+
+gallery: setup
+	@$(CARGO) build --release
+	@.ci/gallery $(ARGS)
 
 bench: setup
 	@$(CARGO) build --release
