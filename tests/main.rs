@@ -22,6 +22,7 @@ mod pixel_filter;
 mod points;
 mod references;
 mod reuse;
+mod sky;
 mod subdivision;
 mod support;
 mod truth;
