@@ -30,9 +30,9 @@ use crate::scene::{Light, Material, Scene};
 use crate::tessellate::Geometry;
 
 pub use direct::{direct_irradiance, light_visible};
-pub use sky::Sky;
 use pick::Groups;
 use sky::Bright;
+pub use sky::Sky;
 
 /// One connection to a light.
 #[derive(Clone, Copy, Debug)]
