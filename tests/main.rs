@@ -24,6 +24,7 @@ mod references;
 mod report;
 mod reuse;
 mod show;
+mod sky;
 mod subdivision;
 mod support;
 mod truth;

@@ -16,7 +16,7 @@ use crate::method::Rendered;
 use crate::method::points::{PointLayers, gather_picture, traced_occlusion};
 use crate::points::{Hierarchy, read_cloud};
 use crate::radiometry::Rgb;
-use crate::shading::World;
+use crate::shading::{Sky, World};
 
 /// What is gathered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -71,7 +71,7 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     let world = World::new(&job.scene, args.scene.backend, &job.run)?;
     warn_of_camera(&args.scene, &job.run, &world);
     let layers = gather_picture(&world, &cloud, &tree, settings, job.config.inputs(world.diagonal), &job.run)?;
-    let mut film = film(&layers, &args.channel, world.lights.sky);
+    let mut film = film(&layers, &args.channel, &world.lights.sky);
     let mut stats = serde_json::Map::new();
     stats.insert("elements".into(), tree.len().into());
     stats.insert("bytes_per_element".into(), (tree.bytes() as f64 / tree.len() as f64).into());
@@ -91,9 +91,10 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     finish(&args.scene, &args.output, "gather-points", &job, &world, Rendered { film, stats, ..Rendered::default() })
 }
 
-fn film(layers: &PointLayers, channels: &[Channel], sky: Rgb) -> Film {
+fn film(layers: &PointLayers, channels: &[Channel], sky: &Sky) -> Film {
     let mut film = Film::new(layers.samples.width, layers.samples.height);
-    let sky = if sky == Rgb::ZERO { Rgb::splat(std::f32::consts::FRAC_1_PI) } else { sky };
+    let white = Sky::new(Rgb::splat(std::f32::consts::FRAC_1_PI));
+    let sky = if sky.is_dark() { &white } else { sky };
     // Pixels that show no surface stay black in every layer.
     let seen: Vec<bool> = layers.layer(|_| Rgb::ONE).iter().map(|c| c.x > 0.0).collect();
     for (i, channel) in channels.iter().enumerate() {
@@ -114,7 +115,7 @@ fn film(layers: &PointLayers, channels: &[Channel], sky: Rgb) -> Film {
                 values
             }
             Channel::Environment => {
-                let values = layers.layer(|g| sky * g.open);
+                let values = layers.layer(|g| g.from_sky(sky));
                 film.set_rgb("open", &values);
                 values
             }

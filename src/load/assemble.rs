@@ -9,6 +9,7 @@ use toml::Spanned;
 
 use super::Loaded;
 use super::curve_file::{is_curve_file, read_curves};
+use super::environment::read_environment;
 use super::image::read_texture;
 use super::mtl::MtlMaterial;
 use super::normals::smooth;
@@ -21,7 +22,7 @@ use super::validate::{MAX_DIAGONAL, bounds, check_camera, check_lens, framing};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::radiometry::Rgb;
-use crate::scene::{Camera, Light, Material, TextureId, builtin};
+use crate::scene::{Camera, Environment, Light, Material, TextureId, builtin};
 use crate::tessellate::CurveSettings;
 
 /// What is put together, and where messages point.
@@ -253,11 +254,34 @@ impl<'a> Assembly<'a> {
 
     fn light(&mut self, entry: &Spanned<LightEntry>) -> Result<()> {
         let span = entry.span();
+        if let LightEntry::Environment { file, scale, rotation_deg, up } = entry.get_ref() {
+            return self.environment(&span, file, scale.map_or(Rgb::ONE, Rgb::from), *rotation_deg, up.unwrap_or(Vec3::Y));
+        }
         let (light, problem) = light(entry.get_ref());
         if let Some(problem) = problem {
             return self.fail(&span, problem);
         }
         self.loaded.scene.lights.push(light);
+        Ok(())
+    }
+
+    fn environment(&mut self, span: &Range<usize>, file: &str, scale: Rgb, rotation_deg: f32, up: Vec3) -> Result<()> {
+        if !(scale.is_finite() && scale.min_element() >= 0.0 && scale.max_element() > 0.0) {
+            return self.fail(span, "scale must be finite and above 0");
+        }
+        let up = up.normalize_or_zero();
+        if !rotation_deg.is_finite() || !up.is_finite() || up == Vec3::ZERO {
+            return self.fail(span, "rotation_deg must be finite, up finite and not zero");
+        }
+        if self.loaded.scene.lights.iter().any(|l| matches!(l, Light::Environment { .. })) {
+            return self.fail(span, "a scene has one environment; remove the other");
+        }
+        let path = resolve(file, self.file).or_else(|m| self.fail(span, m))?;
+        let map = match read_environment(&path, scale, Environment::rotation(up, rotation_deg)) {
+            Err(Error::Image { path, message }) => return self.fail(span, format!("environment \"{}\" {message}", path.display())),
+            other => other?,
+        };
+        self.loaded.scene.lights.push(Light::Environment { map: std::sync::Arc::new(map) });
         Ok(())
     }
 
@@ -388,6 +412,8 @@ fn light(entry: &LightEntry) -> (Light, Option<&'static str>) {
             let (radiance, problem) = color(radiance, RADIANCE);
             (Light::Sky { radiance }, problem)
         }
+        // Read from its file, not from here.
+        LightEntry::Environment { .. } => (Light::Sky { radiance: Rgb::ZERO }, Some("the environment was not read")),
         LightEntry::Point { position, intensity } => {
             let (intensity, problem) = color(intensity, INTENSITY);
             (Light::Point { position, intensity }, if position.is_finite() { problem } else { Some("position must be finite") })

@@ -9,6 +9,7 @@
 mod assemble;
 mod camera_path;
 mod curve_file;
+mod environment;
 mod image;
 mod mtl;
 mod normals;

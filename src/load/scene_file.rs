@@ -173,6 +173,16 @@ pub enum LightEntry {
     Sky {
         radiance: Triple,
     },
+    /// A latitude-longitude picture (`.hdr`, `.exr`), times `scale` (1), its top towards `up` ([0, 1, 0]), turned by `rotation_deg` about it.
+    Environment {
+        file: String,
+        #[serde(default)]
+        scale: Option<Triple>,
+        #[serde(default)]
+        rotation_deg: f32,
+        #[serde(default)]
+        up: Option<Vec3>,
+    },
     Point {
         position: Vec3,
         intensity: Triple,

@@ -95,6 +95,7 @@ pub fn emits(scene: &Scene) -> bool {
     let lit = scene.lights.iter().any(|l| match l {
         Light::Quad { radiance, .. } | Light::Sphere { radiance, .. } | Light::Sky { radiance } => radiance.max_element() > 0.0,
         Light::Sun { irradiance, .. } => irradiance.max_element() > 0.0,
+        Light::Environment { map } => map.texels.iter().any(|c| c.max_element() > 0.0),
         Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity.max_element() > 0.0,
     });
     lit || scene.meshes.iter().any(|m| m.materials.iter().any(|&i| scene.materials[i as usize].emits()))

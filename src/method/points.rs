@@ -62,7 +62,7 @@ pub fn gather_picture(world: &World, cloud: &Cloud, tree: &Hierarchy, settings: 
     inputs.record.validate()?;
     let samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
     let weights = accessibility(tree, cloud, world.diagonal, settings, run)?;
-    let gathered = gather_all(tree, settings, weights.as_ref(), &receivers(&samples.points, settings, inputs.seed), "gather", run)?;
+    let gathered = gather_all(tree, settings, weights.as_ref(), &receivers(&samples.points, settings, inputs.seed), &world.lights.sky, "gather", run)?;
     Ok(PointLayers { samples, gathered })
 }
 
@@ -85,8 +85,8 @@ pub fn render_cloud(world: &World, cloud: &Cloud, settings: &PointsSettings, inp
         run.install(|| Hierarchy::new(cloud, settings.hitsides))?
     };
     let layers = gather_picture(world, cloud, &tree, settings, inputs, run)?;
-    let sky = world.lights.sky;
-    let irradiance: Vec<Rgb> = layers.gathered.iter().map(|g| g.irradiance + sky * g.open).collect();
+    let sky = &world.lights.sky;
+    let irradiance: Vec<Rgb> = layers.gathered.iter().map(|g| g.irradiance + g.from_sky(sky)).collect();
     let mut film = layers.samples.compose(&irradiance);
     film.set("occlusion", layers.layer(|g| Rgb::splat(g.occlusion)).iter().map(|c| c.x).collect());
     film.set("open", layers.layer(|g| Rgb::splat(g.open * std::f32::consts::FRAC_1_PI)).iter().map(|c| c.x).collect());

@@ -68,6 +68,8 @@ pub(super) struct Links {
     first: Vec<u32>,
     /// 2 · cell + side, [`SKY`] or [`NOTHING`].
     hits: Vec<u32>,
+    /// Σ π L over the rays of each that met the map of the sky; empty without one.
+    from_map: Vec<Rgb>,
     /// Where rays met the gathered sides, at most [`POINTS`] each, and where those of each begin; one more at the end.
     landings: Vec<Landing>,
     first_landing: Vec<u32>,
@@ -93,8 +95,8 @@ struct Shooter<'a> {
 }
 
 impl Shooter<'_> {
-    /// Hits of `rays` cosine rays from one side, starting in turn at `starts`.
-    fn shoot(&self, starts: &[Landing], rays: u32, sobol: &Sobol, mut put: impl FnMut(u32, Option<Landing>)) {
+    /// Hits of `rays` cosine rays from one side, starting in turn at `starts`, and what a map of the sky sends along them.
+    fn shoot(&self, starts: &[Landing], rays: u32, sobol: &Sobol, mut put: impl FnMut(u32, Option<Landing>, Rgb)) {
         let geometry = &self.world.geometry;
         for i in 0..rays {
             let at = starts[i as usize % starts.len()];
@@ -102,13 +104,13 @@ impl Shooter<'_> {
             let s = geometry.surface(at.triangle, at.u, at.v);
             let wi = Frame::from_normal(s.ns * sign).world_from_local(sample_cosine_hemisphere(sobol.sample_2d(i, 0)));
             if wi.dot(s.ng) * sign <= 0.0 {
-                put(NOTHING, None);
+                put(NOTHING, None, Rgb::ZERO);
                 continue;
             }
             let origin = crate::math::offset_origin(s.p, s.ng * sign, self.world.diagonal);
             match self.land(&Ray::new(origin, wi)) {
-                Some(l) => put(l.side, Some(l)),
-                None => put(SKY, None),
+                Some(l) => put(l.side, Some(l), Rgb::ZERO),
+                None => put(SKY, None, self.world.lights.sky.from_map(wi)),
             }
         }
     }
@@ -139,7 +141,7 @@ impl Shooter<'_> {
                 out.push(seen);
                 let sobol = Sobol::new(self.seed, Stream::Link, key | (1 << 40) | u64::from(y * camera.width + x));
                 rays += u64::from(LATTICE_RAYS);
-                self.shoot(&[seen], LATTICE_RAYS, &sobol, |_, landing| out.extend(landing));
+                self.shoot(&[seen], LATTICE_RAYS, &sobol, |_, landing, _| out.extend(landing));
             }
             self.run.rays.add(RayKind::Sample, rays);
             out
@@ -185,24 +187,29 @@ impl Links {
         let mut landings: Vec<Landing> = landings.iter().filter(|l| self.place[l.side as usize] == NONE && (shooter.live)(l.side)).copied().collect();
         shooter.run.install(|| landings.par_sort_by_key(|l| l.side));
         let groups: Vec<&[Landing]> = landings.chunk_by(|a, b| a.side == b.side).collect();
-        let blocks: Vec<(Vec<u32>, Vec<Landing>)> = shooter.run.install(|| {
+        let blocks: Vec<(Vec<u32>, Vec<Landing>, Vec<Rgb>)> = shooter.run.install(|| {
             groups
                 .par_chunks(BLOCK)
                 .map(|groups| {
-                    let (mut hits, mut next) = (Vec::with_capacity(groups.len() * rays as usize), Vec::new());
+                    let (mut hits, mut next, mut maps) = (Vec::with_capacity(groups.len() * rays as usize), Vec::new(), Vec::new());
                     if shooter.run.cancelled() {
-                        return (hits, next);
+                        return (hits, next, maps);
                     }
                     for starts in groups {
                         let sobol = Sobol::new(shooter.seed, Stream::Link, u64::from(starts[0].side));
-                        shooter.shoot(&starts[..starts.len().min(POINTS)], rays, &sobol, |hit, landing| {
+                        let mut from_map = Rgb::ZERO;
+                        shooter.shoot(&starts[..starts.len().min(POINTS)], rays, &sobol, |hit, landing, sky| {
                             hits.push(hit);
+                            from_map += sky * std::f32::consts::PI;
                             next.extend(landing);
                         });
+                        if shooter.world.lights.sky.has_map() {
+                            maps.push(from_map);
+                        }
                     }
                     shooter.run.rays.add(RayKind::Sample, hits.len() as u64);
                     phase.advance(groups.len() as u64);
-                    (hits, next)
+                    (hits, next, maps)
                 })
                 .collect()
         });
@@ -213,8 +220,9 @@ impl Links {
             self.first.push(self.first[self.first.len() - 1] + rays);
         }
         let mut next = Vec::new();
-        for (hits, landings) in blocks {
+        for (hits, landings, maps) in blocks {
             self.hits.extend(hits);
+            self.from_map.extend(maps);
             next.extend(landings);
         }
         Ok(next)
@@ -267,7 +275,7 @@ impl Links {
     }
 
     /// Sweeps until the irradiance rests, at most `sweeps` times. By 2 · cell + side: `direct` is ⟨ρ E_direct⟩, `albedo` ⟨ρ⟩, `irradiance` the
-    /// first guess, replaced where gathered.
+    /// first guess, replaced where gathered. `sky` is the constant sky's radiance; a map's was found with the rays.
     pub fn solve(&self, direct: &[Rgb], albedo: &[Rgb], irradiance: &mut [Rgb], sky: Rgb, sweeps: u32, run: &Run) -> Result<Swept> {
         let mut swept = Swept::default();
         let sky = sky * std::f32::consts::PI;
@@ -307,6 +315,6 @@ impl Links {
                 side => radiosity[side as usize],
             })
             .sum();
-        sum / hits.len() as f32
+        (sum + self.from_map.get(i).copied().unwrap_or_default()) / hits.len() as f32
     }
 }

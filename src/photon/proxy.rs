@@ -38,7 +38,7 @@ impl Proxy<'_> {
     /// One ray.
     pub fn incident(&self, world: &World, ray: &Ray) -> Incident {
         match world.rays.closest(ray) {
-            None => Incident { radiance: world.lights.sky, t: f32::INFINITY, cell: None, normal: Vec3::ZERO },
+            None => Incident { radiance: world.lights.sky.radiance(ray.dir.normalize_or_zero()), t: f32::INFINITY, cell: None, normal: Vec3::ZERO },
             Some(hit) => {
                 let cell = self.cells.find(hit.triangle, hit.u, hit.v);
                 let n = world.geometry.face_normals[hit.triangle as usize];

@@ -298,7 +298,7 @@ pub fn extend(
     for (&side, (found, _)) in links.sides().iter().zip(&reflected) {
         [direct[side as usize], albedo[side as usize]] = found.unwrap_or_default();
     }
-    let swept = links.solve(&direct, &albedo, &mut indirect, world.lights.sky, settings.gather_sweeps, run)?;
+    let swept = links.solve(&direct, &albedo, &mut indirect, world.lights.sky.constant, settings.gather_sweeps, run)?;
     for &side in links.sides() {
         let (cell, face) = place(side);
         let (b, e) = match face {
@@ -394,7 +394,7 @@ pub fn solve_for(world: &World, cells: &Cells, settings: &PhotonSettings, views:
     }
     if let Some(links) = &solver.links {
         let _phase = run.phase("gather", 1);
-        let swept = links.solve(&direct, &albedo, &mut indirect, world.lights.sky, settings.gather_sweeps, run)?;
+        let swept = links.solve(&direct, &albedo, &mut indirect, world.lights.sky.constant, settings.gather_sweeps, run)?;
         (stats.gathered, stats.sweeps, stats.residual) = (links.len(), swept.sweeps, swept.residual);
     }
     let every = |side: usize, of: &dyn Fn(usize) -> Rgb| (side..2 * cells.len()).step_by(2).map(of).collect::<Vec<_>>();

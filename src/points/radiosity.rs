@@ -23,7 +23,7 @@ use crate::photon::{PhotonSettings, solve};
 use crate::radiometry::{MAX_ALBEDO, Rgb};
 use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream};
-use crate::shading::{World, direct_irradiance};
+use crate::shading::{Sky, World, direct_irradiance};
 use crate::tessellate::{Cells, Side};
 
 /// What the proxy needs for `radiosity = "photon"`.
@@ -89,7 +89,7 @@ pub fn bake(world: &World, settings: &PointsSettings, proxy: ProxyInputs<'_>, se
                 }
             }
         }
-        RadiositySource::Bounces => bounces(&mut cloud, &albedo, &mut leaving, world.lights.sky, world.diagonal, settings, run)?,
+        RadiositySource::Bounces => bounces(&mut cloud, &albedo, &mut leaving, &world.lights.sky, world.diagonal, settings, run)?,
     }
     let [front, back] = leaving;
     cloud.set("albedo", albedo);
@@ -150,7 +150,7 @@ fn direct(world: &World, cloud: &Cloud, pieces: &[Piece], samples: u32, seed: u6
 }
 
 /// Adds the bounces to what leaves the sides of elements.
-fn bounces(cloud: &mut Cloud, albedo: &[Rgb], leaving: &mut [Vec<Rgb>; 2], sky: Rgb, diagonal: f32, settings: &PointsSettings, run: &Run) -> Result<()> {
+fn bounces(cloud: &mut Cloud, albedo: &[Rgb], leaving: &mut [Vec<Rgb>; 2], sky: &Sky, diagonal: f32, settings: &PointsSettings, run: &Run) -> Result<()> {
     let coarse = PointsSettings {
         maxsolidangle: settings.maxsolidangle.max(0.2),
         microbufres: settings.microbufres.min(8),
@@ -196,13 +196,13 @@ fn bounces(cloud: &mut Cloud, albedo: &[Rgb], leaving: &mut [Vec<Rgb>; 2], sky: 
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
-pub fn element_irradiance(tree: &Hierarchy, cloud: &Cloud, sky: Rgb, diagonal: f32, settings: &PointsSettings, run: &Run) -> Result<[Vec<Rgb>; 2]> {
+pub fn element_irradiance(tree: &Hierarchy, cloud: &Cloud, sky: &Sky, diagonal: f32, settings: &PointsSettings, run: &Run) -> Result<[Vec<Rgb>; 2]> {
     let groups = like_elements(tree, cloud);
-    let gathered = gather_all(tree, settings, None, &seats(&groups, cloud, diagonal), "bounce", run)?;
+    let gathered = gather_all(tree, settings, None, &seats(&groups, cloud, diagonal), sky, "bounce", run)?;
     let mut out = [vec![Rgb::ZERO; cloud.len()], vec![Rgb::ZERO; cloud.len()]];
     for (group, g) in groups.iter().zip(gathered) {
         for &e in &group.members {
-            out[usize::from(group.back)][e as usize] = g.irradiance + sky * g.open;
+            out[usize::from(group.back)][e as usize] = g.irradiance + g.from_sky(sky);
         }
     }
     Ok(out)
@@ -221,7 +221,7 @@ pub fn accessibility(tree: &Hierarchy, cloud: &Cloud, diagonal: f32, settings: &
     let (mut before, mut now) = (vec![1.0; cloud.len()], vec![1.0; cloud.len()]);
     for _ in 0..settings.accessibility_passes {
         let weights = Accessibility::new(tree, &now);
-        let gathered = gather_all(tree, settings, Some(&weights), &receivers, "accessibility", run)?;
+        let gathered = gather_all(tree, settings, Some(&weights), &receivers, &Sky::default(), "accessibility", run)?;
         let mut occlusion = [vec![0.0; cloud.len()], vec![0.0; cloud.len()]];
         for (group, g) in groups.iter().zip(gathered) {
             for &e in &group.members {
@@ -274,6 +274,20 @@ fn like_elements(tree: &Hierarchy, cloud: &Cloud) -> Vec<Group> {
     groups
 }
 
+/// What a receiver sees, by the raster (`Ok`) or summed already (`Err`), with the light of a map of the sky: exact for the raster's open cells, for
+/// sums the map's light from the mean open direction.
+fn under(sky: &Sky, r: &Receiver, how: std::result::Result<&mut Gather<'_>, Gathered>) -> Gathered {
+    match how {
+        Ok(gather) if sky.has_map() => {
+            let (found, from_map) = gather.gather_under(r, &|w| sky.from_map(w));
+            Gathered { from_map, ..found }
+        }
+        Ok(gather) => gather.gather(r),
+        Err(found) if sky.has_map() => Gathered { from_map: sky.from_map(found.bent_normal.try_normalize().unwrap_or(r.ns)) * found.open, ..found },
+        Err(found) => found,
+    }
+}
+
 /// Gathers at every receiver, in parallel, in the mode of `settings.overlap`; `weights` are [`accessibility`]'s.
 ///
 /// # Errors
@@ -283,6 +297,7 @@ pub fn gather_all(
     settings: &PointsSettings,
     weights: Option<&Accessibility>,
     receivers: &[Receiver],
+    sky: &Sky,
     phase: &'static str,
     run: &Run,
 ) -> Result<Vec<Gathered>> {
@@ -298,7 +313,7 @@ pub fn gather_all(
                     return Vec::new();
                 }
                 phase.advance(chunk.len() as u64);
-                chunk.iter().map(|r| if raster { gather.gather(r) } else { sum(tree, settings, weights, r) }).collect()
+                chunk.iter().map(|r| under(sky, r, if raster { Ok(&mut *gather) } else { Err(sum(tree, settings, weights, r)) })).collect()
             })
             .collect()
     });

@@ -18,6 +18,7 @@
 use glam::{Vec2, Vec3};
 
 use crate::radiometry::Rgb;
+use crate::shading::Sky;
 
 /// What is fixed about a raster of a size.
 #[derive(Clone, Debug)]
@@ -89,8 +90,17 @@ pub struct Gathered {
     pub open: f32,
     /// Cosine-weighted mean of the open directions, world space, not unit; zero when all is occluded.
     pub bent_normal: Vec3,
-    /// Irradiance from the elements, W·m⁻²; the sky's is `open` times its radiance.
+    /// Irradiance from the elements, W·m⁻²; a constant sky's is `open` times its radiance.
     pub irradiance: Rgb,
+    /// Irradiance from a map of the sky through the open directions; zero without one.
+    pub from_map: Rgb,
+}
+
+impl Gathered {
+    /// Irradiance of the sky that it was gathered under.
+    pub fn from_sky(&self, sky: &Sky) -> Rgb {
+        sky.constant * self.open + self.from_map
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -355,6 +365,7 @@ impl Raster {
             open: open * omega,
             bent_normal: if open > 0.0 { bent / open } else { Vec3::ZERO },
             irradiance: light * omega,
+            from_map: Rgb::ZERO,
         };
         (gathered, from_sky * omega)
     }

@@ -123,6 +123,7 @@ pub fn sum(tree: &Hierarchy, settings: &PointsSettings, weights: Option<&Accessi
     let whole = std::f32::consts::PI * (1.0 - cone * cone);
     let cut = if settings.clamp && blocked > whole { whole / blocked } else { 1.0 };
     Gathered {
+        from_map: Rgb::ZERO,
         occlusion: occlusion * cut / whole,
         open: (whole - blocked).max(0.0),
         bent_normal: r.ns * (std::f32::consts::FRAC_2_PI * whole) - bent * cut,

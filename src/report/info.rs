@@ -12,7 +12,7 @@ use crate::load::Loaded;
 use crate::math::Ray;
 use crate::method::decompose::DecomposeSettings;
 use crate::radiometry::{MAX_ALBEDO, Rgb, luminance};
-use crate::scene::{Light, Scene};
+use crate::scene::{Environment, Light, Scene};
 use crate::shading::World;
 use crate::tessellate::{Geometry, analyze_topology};
 
@@ -201,6 +201,12 @@ fn lights(scene: &Scene, g: &Geometry) -> Vec<LightLine> {
                 Light::Sphere { radius, radiance, .. } => ("sphere", 4.0 * PI * PI * f64::from(radius).powi(2) * lum(radiance)),
                 Light::Sun { irradiance, .. } => ("sun", disc * lum(irradiance)),
                 Light::Sky { radiance } => ("sky", 4.0 * PI * disc * lum(radiance)),
+                Light::Environment { ref map } => {
+                    let bright: Rgb = Environment { texels: map.split().1, ..(**map).clone() }.integral();
+                    let share = 100.0 * lum(bright) / lum(map.integral()).max(f64::MIN_POSITIVE);
+                    let kind = format!("environment {} {}×{}, {share:.0} % of it direct light", map.name, map.width, map.height);
+                    return LightLine { kind, power: disc * lum(map.integral()) };
+                }
                 Light::Point { intensity, .. } => ("point", 4.0 * PI * lum(intensity)),
                 Light::Spot { intensity, inner_deg, outer_deg, .. } => {
                     let edge = (f64::from(inner_deg).to_radians().cos() + f64::from(outer_deg).to_radians().cos()) * 0.5;

@@ -3,12 +3,14 @@
 //! A key is (seed, [`Stream`], element, sample). Two passes never share a stream, so adding samples to one leaves the others' bits alone.
 
 mod discrete;
+mod grid;
 mod pixel_filter;
 mod rng;
 mod sobol;
 mod warp;
 
 pub use discrete::Discrete;
+pub use grid::Grid;
 pub use pixel_filter::{FilterShape, PixelFilter};
 pub use rng::{Rng, Stream, hash64};
 pub use sobol::Sobol;

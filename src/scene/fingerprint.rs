@@ -136,6 +136,12 @@ fn lights(scene: &Scene) -> u64 {
                 h.add(4);
                 h.floats(radiance.to_array());
             }
+            Light::Environment { ref map } => {
+                h.add(7);
+                h.add(u64::from(map.width) << 32 | u64::from(map.height));
+                h.floats(map.world_from_map.to_cols_array());
+                map.texels.iter().for_each(|c| h.floats(c.to_array()));
+            }
             Light::Point { position, intensity } => {
                 h.add(5);
                 h.floats(position.to_array());

@@ -40,6 +40,11 @@ pub enum Light {
         /// Radiance.
         radiance: Rgb,
     },
+    /// Radiance from everywhere that no surface covers, by a picture.
+    Environment {
+        /// The picture and its rotation.
+        map: std::sync::Arc<super::Environment>,
+    },
     /// Isotropic point.
     Point {
         /// Position, world space.

@@ -7,6 +7,6 @@ mod lights;
 mod surface;
 mod world;
 
-pub use lights::{DirectSettings, LightSample, LightTable, PhotonEmission, direct_irradiance, light_visible};
+pub use lights::{DirectSettings, LightSample, LightTable, PhotonEmission, Sky, direct_irradiance, light_visible};
 pub use surface::Surface;
 pub use world::World;

@@ -118,7 +118,7 @@ fn shoot(
             ray.t_min = alpha;
         }
         if ray.t_min == f32::INFINITY {
-            hits.push(FarHit { wi, t: f32::INFINITY, position: Vec3::ZERO, normal: -wi, radiance: world.lights.sky, membership: 0.0 });
+            hits.push(FarHit { wi, t: f32::INFINITY, position: Vec3::ZERO, normal: -wi, radiance: world.lights.sky.radiance(wi), membership: 0.0 });
             continue;
         }
         let incident = proxy.incident(world, &ray);

@@ -97,7 +97,7 @@ impl<'a> View<'a> {
                 if depth == 0 {
                     out.emission = world.lights.background(ray.dir);
                 } else {
-                    out.indirect += beta * world.lights.sky;
+                    out.indirect += beta * world.lights.sky.radiance(ray.dir);
                     let sun = world.lights.sun_disc(ray.dir);
                     if sun != Rgb::ZERO {
                         let weight = power_heuristic(pdf, world.lights.pdf_sun_disc(from, normal, ray.dir));

@@ -1,12 +1,13 @@
 //! A scene for another renderer: a Mitsuba 3 scene with binary PLY meshes and PNG textures in one folder.
 //!
 //! Input      a [`Scene`] and a folder.
-//! Output     `scene.xml`, one `mesh-N-M.ply` for every mesh and material that meet, `texture-N.png`, `mask-N.png`. `scene.xml` takes the parameters
+//! Output     `scene.xml`, one `mesh-N-M.ply` for every mesh and material that meet, `texture-N.png`, `mask-N.png`, `environment-N.exr`. `scene.xml` takes the parameters
 //!            `spp`, `width`, `height`, `integrator` (default `path`, with masks `volpath`).
 //! Guarantees the same radiometry: radiance, irradiance and radiant intensity mean the same there; sensor with box filter, `max_depth` unlimited.
 //! Not        exact: a sun with extent becomes a distant disc of the same irradiance; sphere lights are exact spheres, here they are
 //!            tessellated; a spot's penumbra falls off linearly in the angle there, by smoothstep in the cosine here; albedo times
-//!            texture is rounded to 8 bits; masks are cut at ½ texel by texel.
+//!            texture is rounded to 8 bits; masks are cut at ½ texel by texel; bright texels of an environment
+//!            are constant here, interpolated there.
 //! Cost       one pass over the triangles; the PLY files take 36 B a vertex and 13 B a triangle.
 
 mod ply;
@@ -69,6 +70,13 @@ pub fn export(scene: &Scene, folder: &Path) -> Result<Vec<PathBuf>> {
             let name = format!("quad-{number}.ply");
             ply::write_quad(&folder.join(&name), corner, edge1, edge2)?;
             files.push(folder.join(&name));
+        }
+        if let Light::Environment { map } = light {
+            let path = folder.join(format!("environment-{number}.exr"));
+            let mut film = crate::film::Film::new(map.width, map.height);
+            film.set_rgb("", &map.texels);
+            crate::film::write_exr(&film, &path, crate::film::Precision::Full)?;
+            files.push(path);
         }
         document.light(number, light, around);
     }

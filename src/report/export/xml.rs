@@ -128,6 +128,12 @@ impl Document {
                 format!("<shape type=\"disk\">{disc}{BLACK}{}</shape>", area(radiance))
             }
             Light::Sky { radiance } => format!("<emitter type=\"constant\">{}</emitter>", rgb("radiance", radiance)),
+            Light::Environment { ref map } => {
+                let m = map.world_from_map;
+                let rows: Vec<String> = (0..3).map(|i| format!("{} 0", m.row(i).to_array().map(|v| v.to_string()).join(" "))).collect();
+                let matrix = format!("<transform name=\"to_world\"><matrix value=\"{} 0 0 0 1\"/></transform>", rows.join(" "));
+                format!("<emitter type=\"envmap\"><string name=\"filename\" value=\"environment-{number}.exr\"/>{matrix}</emitter>")
+            }
             Light::Point { position, intensity } => {
                 let at = format!("<point name=\"position\" x=\"{}\" y=\"{}\" z=\"{}\"/>", position.x, position.y, position.z);
                 format!("<emitter type=\"point\">{at}{}</emitter>", rgb("intensity", intensity))

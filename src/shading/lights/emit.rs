@@ -19,8 +19,9 @@ impl LightTable {
         let (index, rest) = self.emission.sample(u_pick)?;
         let chance = self.emission.probability(index);
         let Some(source) = self.sources.get(index) else {
-            let flux = self.sky * (4.0 * PI * PI * self.radius * self.radius / chance);
-            return Some(PhotonEmission { ray: self.inward_ray(sample_uniform_sphere(u2), u1), flux, from_sky: true });
+            let (to_sky, weight) = self.sky.sample(rest, u2)?;
+            let flux = weight * (PI * self.radius * self.radius / chance);
+            return Some(PhotonEmission { ray: self.inward_ray(to_sky, u1), flux, from_sky: true });
         };
         let flux = self.power_of(source) / chance;
         let ray = match *source {
@@ -39,6 +40,11 @@ impl LightTable {
             Source::DeltaSun { to_sun, .. } => self.inward_ray(to_sun, u1),
             Source::Sun { to_sun, one_minus_cos, .. } => {
                 self.inward_ray(Frame::from_normal(to_sun).world_from_local(sample_uniform_cone(u2, one_minus_cos)), u1)
+            }
+            Source::Map(ref bright) => {
+                let (to_light, pdf) = bright.part.sample(u2)?;
+                let flux = bright.part.texel(to_light) * (PI * self.radius * self.radius / (pdf * chance));
+                return Some(PhotonEmission { ray: self.inward_ray(to_light, u1), flux, from_sky: false });
             }
             Source::Point { position, .. } => Ray::new(position, sample_uniform_sphere(u2)),
             Source::Spot { position, axis, intensity, cos_inner, cos_outer } => {
@@ -69,6 +75,7 @@ impl LightTable {
             Source::Triangle { area, radiance, .. } | Source::Sphere { area, radiance, .. } => radiance * (PI * area),
             Source::DeltaSun { irradiance, .. } => irradiance * disc,
             Source::Sun { radiance, one_minus_cos, .. } => radiance * (TAU * one_minus_cos * disc),
+            Source::Map(ref bright) => bright.part.integral() * disc,
             Source::Point { intensity, .. } => intensity * (4.0 * PI),
             // ∫ smoothstep over its range of cosines is half the range.
             Source::Spot { intensity, cos_inner, cos_outer, .. } => intensity * (TAU * ((1.0 - cos_inner) + 0.5 * (cos_inner - cos_outer))),

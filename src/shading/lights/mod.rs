@@ -1,9 +1,9 @@
 //! Light sources: next-event estimation, densities for multiple importance sampling, photon emission.
 //!
 //! Computes   E(p, n) = Σ_lights ∫ L cos θ V dω by samples, and photons of flux Φ / p.
-//! Input      [`Scene`], [`Geometry`]: emissive mesh triangles, quads (as triangles), spheres, suns, points, spots; the sky.
-//! Output     [`LightTable`], built once. The constant sky is *not* part of next-event estimation: cosine-sampled rays find it
-//!            without noise; it is part of photon emission.
+//! Input      [`Scene`], [`Geometry`]: emissive mesh triangles, quads (as triangles), spheres, suns, points, spots; the sky, a map of it.
+//! Output     [`LightTable`], built once. The sky is *not* part of next-event estimation, but for the bright part of a map
+//!            ([`Sky`]): cosine-sampled rays find it with little noise; it is part of photon emission.
 //! Method     A light is picked in two steps: a group by its estimated unoccluded irradiance at p (`pick`), then a light of the
 //!            group by power. Up to 64 lights are groups of their own. Triangles are sampled by area, spheres by the cone around
 //!            them (a sample counts only if its ray meets the tessellated sphere), suns by their disc.
@@ -17,6 +17,7 @@ mod direct;
 mod emit;
 mod pick;
 mod sample;
+mod sky;
 #[cfg(test)]
 mod tests;
 
@@ -30,6 +31,8 @@ use crate::tessellate::Geometry;
 
 pub use direct::{direct_irradiance, light_visible};
 use pick::Groups;
+use sky::Bright;
+pub use sky::Sky;
 
 /// One connection to a light.
 #[derive(Clone, Copy, Debug)]
@@ -117,6 +120,7 @@ enum Source {
         radiance: Rgb,
         one_minus_cos: f32,
     },
+    Map(Bright),
     Point {
         position: Vec3,
         intensity: Rgb,
@@ -133,8 +137,8 @@ enum Source {
 /// All lights but none of their shadows.
 #[derive(Debug, Default)]
 pub struct LightTable {
-    /// Constant sky radiance.
-    pub sky: Rgb,
+    /// The sky without suns and without the bright part of a map.
+    pub sky: Sky,
     sources: Vec<Source>,
     /// Source of every triangle of the geometry; `u32::MAX` for none. Empty without sources of that kind.
     source_of_triangle: Vec<u32>,
@@ -155,7 +159,7 @@ impl LightTable {
     /// Collects emissive triangles and lights. Lights of zero power are left out.
     pub fn new(scene: &Scene, geometry: &Geometry) -> Self {
         let mut table = Self {
-            sky: scene.lights.iter().map(|l| if let Light::Sky { radiance } = l { *radiance } else { Rgb::ZERO }).sum(),
+            sky: Sky::new(scene.lights.iter().map(|l| if let Light::Sky { radiance } = l { *radiance } else { Rgb::ZERO }).sum()),
             diagonal: geometry.bounds.diagonal(),
             ..Self::default()
         };
@@ -195,6 +199,7 @@ impl LightTable {
                         Source::DeltaSun { to_sun, irradiance }
                     });
                 }
+                Light::Environment { ref map } => table.sources.extend(table.sky.set_map(map).map(Source::Map)),
                 Light::Point { position, intensity } if intensity.max_element() > 0.0 => table.sources.push(Source::Point { position, intensity }),
                 Light::Spot { position, direction, intensity, inner_deg, outer_deg } if intensity.max_element() > 0.0 => table.sources.push(Source::Spot {
                     position,
@@ -208,7 +213,7 @@ impl LightTable {
         }
         let mut powers: Vec<Rgb> = table.sources.iter().map(|s| table.power_of(s)).collect();
         table.groups = Groups::new(&table.sources, &powers);
-        powers.push(table.sky * (4.0 * std::f32::consts::PI.powi(2) * table.radius * table.radius));
+        powers.push(table.sky.integral() * (std::f32::consts::PI * table.radius * table.radius));
         table.emission = Discrete::new(powers.iter().map(|p| f64::from(p.element_sum())));
         table.power = powers.iter().copied().sum();
         table
@@ -228,7 +233,10 @@ impl LightTable {
 
     /// Says everything about the lights as text, for fingerprints of a scene; not for people.
     pub fn describe(&self, write: &mut dyn FnMut(&str)) {
-        write(&format!("{:?}", self.sky));
+        write(&format!("{:?}", self.sky.constant));
+        if self.sky.has_map() {
+            write(&format!("{:?}", self.sky));
+        }
         for source in &self.sources {
             match source {
                 // Emissive triangles follow from geometry and materials.
@@ -250,10 +258,10 @@ impl LightTable {
 
     /// Radiance from a direction that meets no surface: the sky and the disc of every sun that has one.
     pub fn background(&self, dir: Vec3) -> Rgb {
-        self.sky + self.sun_disc(dir)
+        self.sky.radiance(dir) + self.sun_disc(dir)
     }
 
-    /// Radiance of the sun discs around the unit direction `dir`, without the sky.
+    /// Radiance of the sun discs around the unit direction `dir` and of the bright part of a map, without the sky.
     pub fn sun_disc(&self, dir: Vec3) -> Rgb {
         self.groups.suns.iter().map(|&i| sun_disc(&self.sources[i as usize], dir)).sum()
     }
@@ -263,6 +271,7 @@ impl LightTable {
 fn sun_disc(source: &Source, dir: Vec3) -> Rgb {
     match *source {
         Source::Sun { to_sun, radiance, one_minus_cos } if to_sun.distance_squared(dir) <= 2.0 * one_minus_cos => radiance,
+        Source::Map(ref bright) => bright.part.texel(dir),
         _ => Rgb::ZERO,
     }
 }
@@ -288,7 +297,7 @@ impl Source {
             Self::Triangle { v0, e1, e2, .. } => Some(Aabb::around([v0, v0 + e1, v0 + e2])),
             Self::Sphere { center, radius, .. } => Some(Aabb { min: center - radius, max: center + radius }),
             Self::Point { position, .. } | Self::Spot { position, .. } => Some(Aabb { min: position, max: position }),
-            Self::DeltaSun { .. } | Self::Sun { .. } => None,
+            Self::DeltaSun { .. } | Self::Sun { .. } | Self::Map(_) => None,
         }
     }
 }

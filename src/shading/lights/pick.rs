@@ -33,7 +33,7 @@ pub(super) struct Groups {
     groups: Vec<Group>,
     /// Per source: its group and its probability inside it.
     place: Vec<(u32, f32)>,
-    /// Sources that are suns with a disc.
+    /// Sources that are suns with a disc, and the bright part of a map.
     pub(super) suns: Vec<u32>,
 }
 
@@ -66,7 +66,7 @@ impl Groups {
             let center = if bounds.is_empty() { Vec3::ZERO } else { bounds.center() };
             out.groups.push(Group { members, within, center, radius: 0.5 * bounds.diagonal(), strength });
         }
-        out.suns = (0..sources.len() as u32).filter(|&i| matches!(sources[i as usize], Source::Sun { .. })).collect();
+        out.suns = (0..sources.len() as u32).filter(|&i| matches!(sources[i as usize], Source::Sun { .. } | Source::Map(_))).collect();
         out
     }
 
@@ -162,6 +162,7 @@ fn estimate(source: &Source, p: Vec3, n: Vec3) -> f32 {
             let cos = n.dot(to_sun);
             if cos <= -sin { 0.0 } else { radiance.element_sum() * std::f32::consts::TAU * one_minus_cos * cos.max(sin) }
         }
+        Source::Map(ref bright) => bright.estimate(n),
         Source::Point { position, intensity } => intensity.element_sum() * toward_point(position - p, n),
         Source::Spot { position, axis, intensity, cos_inner, cos_outer } => {
             let to = position - p;

@@ -45,6 +45,11 @@ impl LightTable {
                 let pdf_solid_angle = chance * pdf_uniform_cone(one_minus_cos);
                 LightSample { wi, ray: Ray::new(p, wi), weight: radiance / pdf_solid_angle, pdf_solid_angle, must_hit_light: None }
             }
+            Source::Map(ref bright) => {
+                let (wi, pdf) = bright.part.sample(uv)?;
+                let pdf_solid_angle = chance * pdf;
+                LightSample { wi, ray: Ray::new(p, wi), weight: bright.part.texel(wi) / pdf_solid_angle, pdf_solid_angle, must_hit_light: None }
+            }
             Source::DeltaSun { to_sun, irradiance } => delta(to_sun, Ray::new(p, to_sun), irradiance / chance),
             Source::Point { position, intensity } => {
                 let to = position - p;
@@ -81,11 +86,15 @@ impl LightTable {
         if on_light > 0.0 { on_light * self.groups.probability(&self.sources, p, n, source) } else { 0.0 }
     }
 
-    /// Density per steradian with which [`LightTable::sample`] at (`p`, `n`) gives the direction `wi` through a sun disc; 0 outside all.
+    /// Density per steradian with which [`LightTable::sample`] at (`p`, `n`) gives the direction `wi` through a sun disc or the bright part
+    /// of a map; 0 outside all.
     pub fn pdf_sun_disc(&self, p: Vec3, n: Vec3, wi: Vec3) -> f32 {
         let of = |&i: &u32| match self.sources[i as usize] {
             ref s @ Source::Sun { one_minus_cos, .. } if sun_disc(s, wi) != Rgb::ZERO => {
                 pdf_uniform_cone(one_minus_cos) * self.groups.probability(&self.sources, p, n, i)
+            }
+            Source::Map(ref bright) if sun_disc(&self.sources[i as usize], wi) != Rgb::ZERO => {
+                bright.part.pdf_solid_angle(wi) * self.groups.probability(&self.sources, p, n, i)
             }
             _ => 0.0,
         };
