@@ -21,7 +21,7 @@
 //! file = "fur.hair"            # or .curves, .txt
 //! curves = { shape = "tube" }  # keys: CurvesEntry
 //! [[light]]
-//! type = "sky"                 # "quad", "sphere", "sun", "point", "spot"
+//! type = "sky"                 # "environment", "quad", "sphere", "sun", "point", "spot"
 //! radiance = [1, 1, 1]
 //! [material.curtain]           # overrides a material by its name in the meshes
 //! albedo = 0.5                 # a number or [r, g, b]; albedo_texture = "" removes a texture
