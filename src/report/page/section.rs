@@ -21,6 +21,9 @@ pub(super) struct Section {
     pub height: u32,
     pub exposure: f32,
     pub reference: Option<String>,
+    /// The reference's own relMSE, from its halves.
+    pub reference_noise: Option<f64>,
+    pub noisy: bool,
     pub pair: [String; 2],
     pub shown: Vec<Shown>,
     pub toggles: Vec<Toggle>,
@@ -55,6 +58,9 @@ pub(super) struct Ratio {
     /// The reference's time × (its own relMSE / ours) over ours: Monte Carlo's error falls as 1 / samples.
     pub monte_carlo_over_ours: Option<f64>,
 }
+
+/// Above this relMSE of its own a reference's noise in the denominator of relMSE spoils the figures.
+const NOISY: f64 = 0.1;
 
 const FACTS: [&str; 8] = ["clusters", "records", "rays_per_cluster", "alpha", "triangles", "cells", "peak_rss_bytes", "threads"];
 
@@ -96,7 +102,8 @@ fn ratio(names: Option<&[String; 2]>, pictures: &[Picture], made: &[Shown], refe
     let own_seconds = own.cpu_seconds.filter(|s| *s > 0.0)?;
     let monte_carlo = reference.and_then(|(picture, reference)| {
         let error = own.error.as_ref()?.errors.relmse_trimmed;
-        Some(picture.cpu_seconds()? * own_noise(reference)? / error / own_seconds).filter(|v| v.is_finite() && *v > 0.0)
+        let noise = own_noise(reference).filter(|n| *n <= NOISY)?;
+        Some(picture.cpu_seconds()? * noise / error / own_seconds).filter(|v| v.is_finite() && *v > 0.0)
     });
     Some(Ratio { cache_over_ours: theirs.cpu_seconds.map(|s| s / own_seconds), monte_carlo_over_ours: monte_carlo, cache, ours })
 }
@@ -121,6 +128,9 @@ pub(super) fn section(id: String, plan: &SectionPlan, pictures: &[Picture], run:
                         error: None,
                         flip: None,
                         locations: None,
+                        cpu_seconds: None,
+                        wall_seconds: None,
+                        facts: Vec::new(),
                         name: format!("{} · {layer}", picture.name),
                         ..shown(picture, &values, None)?
                     }),
@@ -138,11 +148,14 @@ pub(super) fn section(id: String, plan: &SectionPlan, pictures: &[Picture], run:
     let exposure = plan
         .exposure
         .unwrap_or_else(|| reference.as_ref().map_or_else(|| exposure_of(&pictures[0].film.rgb("").unwrap_or_default()), |r| exposure_of(&r.mean)));
+    let noise = reference.as_ref().and_then(own_noise);
     Ok(Section {
         title: plan.title.clone().unwrap_or_else(|| if plan.folder == "." { "Pictures".into() } else { plan.folder.clone() }),
         text: plan.text.clone(),
         pair: plan.pair.clone().unwrap_or_else(|| [name(ours), name(found.unwrap_or(last))]),
         ratio: ratio(plan.ratio.as_ref(), pictures, &made, found.map(|i| &pictures[i]).zip(reference.as_ref())),
+        reference_noise: noise,
+        noisy: noise.is_some_and(|n| n > NOISY),
         reference: found.map(name),
         toggles: plan.toggle.clone(),
         sweep: plan.sweep.clone(),
