@@ -12,6 +12,7 @@
 //!
 //! Every part is closed and faces outwards; parts are sunk into one another, never laid face on face.
 
+mod lanterns;
 mod parts;
 mod shell;
 
@@ -29,15 +30,17 @@ use crate::scene::Material;
 pub struct AtriumParameters {
     /// Multiplies the segments of round parts and the fineness of the floor, 0.05–4.7.
     pub detail: f32,
+    /// Lanterns under every gallery bay, whose material `glow` emits. Default false.
+    pub lanterns: bool,
 }
 
 impl Default for AtriumParameters {
     fn default() -> Self {
-        Self { detail: 1.0 }
+        Self { detail: 1.0, lanterns: false }
     }
 }
 
-const NAMES: [(&str, [f32; 3]); 12] = [
+const NAMES: [(&str, [f32; 3]); 14] = [
     ("plaster", [0.80, 0.75, 0.66]),
     ("ochre", [0.72, 0.52, 0.27]),
     ("pompeian", [0.52, 0.13, 0.09]),
@@ -50,6 +53,8 @@ const NAMES: [(&str, [f32; 3]); 12] = [
     ("drape-red", [0.58, 0.06, 0.05]),
     ("drape-green", [0.10, 0.32, 0.14]),
     ("drape-blue", [0.09, 0.16, 0.45]),
+    ("iron", [0.07, 0.065, 0.06]),
+    ("glow", [0.70, 0.66, 0.58]),
 ];
 const PLASTER: u32 = 0;
 const OCHRE: u32 = 1;
@@ -61,6 +66,10 @@ const TILE_DARK: u32 = 6;
 const JOINT: u32 = 7;
 const WOOD: u32 = 8;
 const DRAPES: [u32; 3] = [9, 10, 11];
+const IRON: u32 = 12;
+const GLOW: u32 = 13;
+/// Radiance of the lanterns' globes.
+const GLOW_RADIANCE: [f32; 3] = [420.0, 250.0, 110.0];
 
 /// Half the court, from centre to the middle of the arcade walls.
 const COURT: [f32; 2] = [9.0, 4.5];
@@ -143,6 +152,11 @@ pub fn atrium(p: &AtriumParameters) -> Result<Generated, String> {
     }
     parts::fountain(&mut s, &segments);
     parts::pots(&mut s, &segments);
-    let materials = NAMES.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    if p.lanterns {
+        lanterns::lanterns(&mut s, &segments);
+    }
+    let mut materials: Vec<Material> =
+        NAMES.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    materials[GLOW as usize].emission = Rgb::from(GLOW_RADIANCE);
     Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
 }
