@@ -4,13 +4,22 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{Vec2, Vec3};
 
-use super::{BAY, LIMESTONE, MARBLE, OCHRE, PLASTER, POMPEIAN, Side, Storey, TILE_DARK, UPPER_FLOOR};
+use super::{BAY, LIMESTONE, MARBLE, OCHRE, PLASTER, POMPEIAN, SANDSTONE, Side, Storey, TILE_DARK, UPPER_FLOOR};
 use crate::scene::builtin::cloth::cloth;
 use crate::scene::builtin::solid::Solids;
 
 /// Half the thickness of an arcade's wall.
 const HALF_WALL: f32 = 0.22;
 const ARCH_RADIUS: f32 = 1.2;
+
+/// A tube through `rings` with open ends closed, `material(k)` between ring k and the next.
+pub(super) fn banded(s: &mut Solids, rings: &[Vec<Vec3>], material: impl Fn(usize) -> u32) {
+    let start = s.mesh.materials.len();
+    s.tube(rings, false, material(0));
+    for (k, band) in s.mesh.materials[start..].chunks_mut(2 * rings[0].len()).enumerate() {
+        band.fill(material(k.min(rings.len() - 2)));
+    }
+}
 
 /// The wall over a side's columns with its arches, the archivolts, and the pier at the side's first corner.
 pub(super) fn arcade(s: &mut Solids, side: &Side, storey: &Storey, segments: &impl Fn(u32) -> u32) {
@@ -43,7 +52,8 @@ pub(super) fn arcade(s: &mut Solids, side: &Side, storey: &Storey, segments: &im
                     })
                     .collect()
             };
-            s.tube(&(0..=n).map(ring).collect::<Vec<_>>(), false, LIMESTONE);
+            // Voussoirs in two stones.
+            banded(s, &(0..=n).map(ring).collect::<Vec<_>>(), |k| if (k as u32 * 15 / n).is_multiple_of(2) { LIMESTONE } else { SANDSTONE });
         }
     }
     let pier = |s: &mut Solids, half: f32, low: f32, high: f32, material| {
