@@ -37,7 +37,11 @@ pub(super) fn arcade(s: &mut Solids, side: &Side, storey: &Storey, segments: &im
     let ring = |p: &Vec2| vec![at(p.x, p.y, -HALF_WALL), at(p.x, storey.top, -HALF_WALL), at(p.x, storey.top, HALF_WALL), at(p.x, p.y, HALF_WALL)];
     s.tube(&outline.iter().map(ring).collect::<Vec<_>>(), false, PLASTER);
     // (across the arch's radius, out of the wall)
-    let moulding = [(-0.015, -0.03), (-0.015, 0.02), (0.05, 0.025), (0.055, 0.04), (0.11, 0.045), (0.13, 0.06), (0.16, 0.055), (0.17, -0.03)].map(Vec2::from);
+    let moulding: &[Vec2] = if segments(36) < 9 {
+        &[(-0.015, -0.03), (-0.015, 0.03), (0.16, 0.05), (0.17, -0.03)].map(Vec2::from)
+    } else {
+        &[(-0.015, -0.03), (-0.015, 0.02), (0.05, 0.025), (0.055, 0.04), (0.11, 0.045), (0.13, 0.06), (0.16, 0.055), (0.17, -0.03)].map(Vec2::from)
+    };
     for bay in 0..side.bays {
         for face in [-1.0, 1.0] {
             let ring = |i: u32| {

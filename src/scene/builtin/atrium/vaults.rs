@@ -75,7 +75,10 @@ fn groin(s: &mut Solids, center: Vec3, along: Vec3, segments: &impl Fn(u32) -> u
 fn rib(s: &mut Solids, foot: Vec3, side: &Side, segments: &impl Fn(u32) -> u32) {
     let (along, out, spring) = (side.along, -side.inwards(), STOREYS[0].spring);
     // (radius, along the gallery)
-    let half = [(1.462, 0.205), (1.30, 0.205), (1.285, 0.185), (1.285, 0.15), (1.25, 0.135), (RIB, 0.11)];
+    let moulded = [(1.462, 0.205), (1.30, 0.205), (1.285, 0.185), (1.285, 0.15), (1.25, 0.135), (RIB, 0.11)];
+    let plain = [moulded[0], (1.27, 0.205)];
+    // Coarse ribs have no mouldings.
+    let half: &[(f32, f32)] = if segments(36) < 9 { &plain } else { &moulded };
     let profile: Vec<(f32, f32)> = half.iter().copied().chain(half.iter().rev().map(|&(r, w)| (r, -w))).collect();
     let n = segments(26).max(4);
     let ring = |angle: f32, drop: f32| -> Vec<Vec3> {
