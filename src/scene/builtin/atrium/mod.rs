@@ -12,8 +12,11 @@
 //!
 //! Every part is closed and faces outwards; parts are sunk into one another, never laid face on face.
 
+mod lanterns;
 mod parts;
+mod plants;
 mod shell;
+mod vaults;
 
 use glam::Vec3;
 use serde::Deserialize;
@@ -29,15 +32,17 @@ use crate::scene::Material;
 pub struct AtriumParameters {
     /// Multiplies the segments of round parts and the fineness of the floor, 0.05–4.7.
     pub detail: f32,
+    /// Lanterns under every gallery bay, whose material `glow` emits. Default false.
+    pub lanterns: bool,
 }
 
 impl Default for AtriumParameters {
     fn default() -> Self {
-        Self { detail: 1.0 }
+        Self { detail: 1.0, lanterns: false }
     }
 }
 
-const NAMES: [(&str, [f32; 3]); 12] = [
+const NAMES: [(&str, [f32; 3]); 21] = [
     ("plaster", [0.80, 0.75, 0.66]),
     ("ochre", [0.72, 0.52, 0.27]),
     ("pompeian", [0.52, 0.13, 0.09]),
@@ -50,6 +55,15 @@ const NAMES: [(&str, [f32; 3]); 12] = [
     ("drape-red", [0.58, 0.06, 0.05]),
     ("drape-green", [0.10, 0.32, 0.14]),
     ("drape-blue", [0.09, 0.16, 0.45]),
+    ("iron", [0.07, 0.065, 0.06]),
+    ("glow", [0.70, 0.66, 0.58]),
+    ("sandstone", [0.60, 0.42, 0.29]),
+    ("paving-grey", [0.56, 0.53, 0.48]),
+    ("paving-warm", [0.66, 0.57, 0.46]),
+    ("tile-rose", [0.60, 0.46, 0.38]),
+    ("tile-slate", [0.22, 0.21, 0.20]),
+    ("earth", [0.12, 0.08, 0.05]),
+    ("frond", [0.16, 0.34, 0.09]),
 ];
 const PLASTER: u32 = 0;
 const OCHRE: u32 = 1;
@@ -61,6 +75,16 @@ const TILE_DARK: u32 = 6;
 const JOINT: u32 = 7;
 const WOOD: u32 = 8;
 const DRAPES: [u32; 3] = [9, 10, 11];
+const IRON: u32 = 12;
+const GLOW: u32 = 13;
+const SANDSTONE: u32 = 14;
+const PAVING: [u32; 3] = [3, 15, 16];
+const TILE_ROSE: u32 = 17;
+const TILE_SLATE: u32 = 18;
+const EARTH: u32 = 19;
+const FROND: u32 = 20;
+/// Radiance of the lanterns' globes.
+const GLOW_RADIANCE: [f32; 3] = [190.0, 125.0, 62.0];
 
 /// Half the court, from centre to the middle of the arcade walls.
 const COURT: [f32; 2] = [9.0, 4.5];
@@ -123,6 +147,7 @@ pub fn atrium(p: &AtriumParameters) -> Result<Generated, String> {
     shell::walls(&mut s);
     shell::floors(&mut s, p.detail);
     shell::mouldings(&mut s);
+    vaults::vaults(&mut s, &segments);
     for (k, storey) in STOREYS.iter().enumerate() {
         for (number, side) in Side::all().iter().enumerate() {
             parts::arcade(&mut s, side, storey, &segments);
@@ -143,6 +168,13 @@ pub fn atrium(p: &AtriumParameters) -> Result<Generated, String> {
     }
     parts::fountain(&mut s, &segments);
     parts::pots(&mut s, &segments);
-    let materials = NAMES.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    if p.lanterns {
+        lanterns::lanterns(&mut s, &segments);
+    }
+    // Last: only these have texture coordinates.
+    plants::plants(&mut s, &segments);
+    let mut materials: Vec<Material> =
+        NAMES.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    materials[GLOW as usize].emission = Rgb::from(GLOW_RADIANCE);
     Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
 }

@@ -4,12 +4,22 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{Vec2, Vec3};
 
-use super::{BAY, LIMESTONE, MARBLE, OCHRE, PLASTER, POMPEIAN, Side, Storey, TILE_DARK, UPPER_FLOOR};
+use super::{BAY, LIMESTONE, MARBLE, OCHRE, PLASTER, POMPEIAN, SANDSTONE, Side, Storey, TILE_DARK, UPPER_FLOOR};
+use crate::scene::builtin::cloth::cloth;
 use crate::scene::builtin::solid::Solids;
 
 /// Half the thickness of an arcade's wall.
 const HALF_WALL: f32 = 0.22;
 const ARCH_RADIUS: f32 = 1.2;
+
+/// A tube through `rings` with open ends closed, `material(k)` between ring k and the next.
+pub(super) fn banded(s: &mut Solids, rings: &[Vec<Vec3>], material: impl Fn(usize) -> u32) {
+    let start = s.mesh.materials.len();
+    s.tube(rings, false, material(0));
+    for (k, band) in s.mesh.materials[start..].chunks_mut(2 * rings[0].len()).enumerate() {
+        band.fill(material(k.min(rings.len() - 2)));
+    }
+}
 
 /// The wall over a side's columns with its arches, the archivolts, and the pier at the side's first corner.
 pub(super) fn arcade(s: &mut Solids, side: &Side, storey: &Storey, segments: &impl Fn(u32) -> u32) {
@@ -27,7 +37,11 @@ pub(super) fn arcade(s: &mut Solids, side: &Side, storey: &Storey, segments: &im
     let ring = |p: &Vec2| vec![at(p.x, p.y, -HALF_WALL), at(p.x, storey.top, -HALF_WALL), at(p.x, storey.top, HALF_WALL), at(p.x, p.y, HALF_WALL)];
     s.tube(&outline.iter().map(ring).collect::<Vec<_>>(), false, PLASTER);
     // (across the arch's radius, out of the wall)
-    let moulding = [(-0.015, -0.03), (-0.015, 0.02), (0.05, 0.025), (0.055, 0.04), (0.11, 0.045), (0.13, 0.06), (0.16, 0.055), (0.17, -0.03)].map(Vec2::from);
+    let moulding: &[Vec2] = if segments(36) < 9 {
+        &[(-0.015, -0.03), (-0.015, 0.03), (0.16, 0.05), (0.17, -0.03)].map(Vec2::from)
+    } else {
+        &[(-0.015, -0.03), (-0.015, 0.02), (0.05, 0.025), (0.055, 0.04), (0.11, 0.045), (0.13, 0.06), (0.16, 0.055), (0.17, -0.03)].map(Vec2::from)
+    };
     for bay in 0..side.bays {
         for face in [-1.0, 1.0] {
             let ring = |i: u32| {
@@ -42,7 +56,8 @@ pub(super) fn arcade(s: &mut Solids, side: &Side, storey: &Storey, segments: &im
                     })
                     .collect()
             };
-            s.tube(&(0..=n).map(ring).collect::<Vec<_>>(), false, LIMESTONE);
+            // Voussoirs in two stones.
+            banded(s, &(0..=n).map(ring).collect::<Vec<_>>(), |k| if (k as u32 * 15 / n).is_multiple_of(2) { LIMESTONE } else { SANDSTONE });
         }
     }
     let pier = |s: &mut Solids, half: f32, low: f32, high: f32, material| {
@@ -170,19 +185,21 @@ pub(super) fn balustrade(s: &mut Solids, side: &Side, bay: u32, segments: &impl 
 
 /// A cloth hung in an arch, gathered into folds, its lower edge in the storey's upper half.
 pub(super) fn drape(s: &mut Solids, side: &Side, bay: u32, storey: &Storey, material: u32, segments: &impl Fn(u32) -> u32) {
-    let (columns, rows) = (segments(60), segments(16));
-    let (top, length) = (storey.spring + 0.05, if storey.floor > 0.0 { 1.25 } else { 1.5 });
-    let half = 1.0;
-    let point = |i: u32, k: u32, thickness: f32| {
+    let (columns, rows) = (segments(90), segments(24));
+    let (top, length) = (storey.spring + 0.05, if storey.floor > 0.0 { 1.25 } else { 1.85 });
+    let half = 1.02;
+    // Every cloth falls differently.
+    let own = 1.7 * bay as f32 + 2.3 * (side.from.x + side.from.z) + storey.floor;
+    let point = |i: u32, k: u32, side_of: f32| {
         let (u, v) = (2.0 * i as f32 / columns as f32 - 1.0, k as f32 / rows as f32);
-        let fold = 0.03 + 0.06 * v;
-        let phase = 9.0 * PI * u + 0.8 * (3.0 * v + 1.7 * u).sin();
-        let sag = 0.10 * (1.0 - u * u) + 0.06 * (5.0 * u).sin() * v;
-        let p = side.from + side.along * ((bay as f32 + 0.5) * BAY + half * u * (1.0 - 0.08 * (PI * v).sin()));
-        p + Vec3::Y * (storey.floor + top - length * v - sag * (0.3 + v)) + side.inwards() * (fold * phase.sin() + thickness)
+        let phase = 9.0 * PI * u + 1.1 * (2.0 * v + 1.7 * u + own).sin() + 0.5 * (4.3 * u + own).cos();
+        // Folds gather at the pole, open downwards and differ in depth.
+        let fold = (0.025 + 0.055 * v) * (1.0 + 0.35 * (2.6 * u + own).sin());
+        let sag = 0.05 * (1.0 - u * u) + 0.05 * (5.0 * u + own).sin() * v;
+        let p = side.from + side.along * ((bay as f32 + 0.5) * BAY + half * u * (1.0 - 0.10 * (PI * v).sin()));
+        p + Vec3::Y * (storey.floor + top - length * v - sag * (0.15 + v)) + side.inwards() * (fold * phase.sin() + 0.004 * side_of)
     };
-    let ring = |k: u32| (0..=columns).map(|i| point(i, k, -0.004)).chain((0..=columns).rev().map(|i| point(i, k, 0.004))).collect();
-    s.tube(&(0..=rows).map(ring).collect::<Vec<_>>(), false, material);
+    cloth(s, [columns, rows], point, material);
     let pole = |from: f32, to: f32| {
         let at = |u: f32| side.from + side.along * ((bay as f32 + 0.5) * BAY + u) + Vec3::Y * (storey.floor + top - 0.03);
         let profile: Vec<Vec2> = (0..8).map(|i| Vec2::from_angle(TAU * i as f32 / 8.0) * 0.022).collect();

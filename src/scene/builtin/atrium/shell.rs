@@ -2,7 +2,10 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{COURT, GALLERY, JOINT, LIMESTONE, MARBLE, OCHRE, PLASTER, POMPEIAN, ROOF, Side, TILE_DARK, TILE_LIGHT, UPPER_FLOOR, WOOD};
+use super::{
+    COURT, GALLERY, JOINT, LIMESTONE, MARBLE, OCHRE, PAVING, PLASTER, POMPEIAN, ROOF, STOREYS, Side, TILE_DARK, TILE_LIGHT, TILE_ROSE, TILE_SLATE, UPPER_FLOOR,
+    WOOD,
+};
 use crate::sampling::{Rng, Stream};
 use crate::scene::builtin::solid::Solids;
 
@@ -73,11 +76,11 @@ pub(super) fn floors(s: &mut Solids, detail: f32) {
                     continue;
                 }
                 let material = if inside {
-                    LIMESTONE
+                    PAVING[rng.below(3)]
                 } else if (i + k) % 2 == 0 {
-                    TILE_LIGHT
+                    [TILE_LIGHT, TILE_LIGHT, TILE_ROSE][rng.below(3)]
                 } else {
-                    TILE_DARK
+                    [TILE_DARK, TILE_DARK, TILE_SLATE][rng.below(3)]
                 };
                 tile(s, low, high, divisions, 0.004 * (rng.next_f32() - 0.5), material);
             }
@@ -159,12 +162,10 @@ pub(super) fn mouldings(s: &mut Solids) {
     let joist: Vec<Vec2> = [(-0.05, 0.03), (-0.05, -0.11), (0.05, -0.11), (0.05, 0.03)].map(Vec2::from).into();
     for side in Side::all() {
         let out = -side.inwards();
-        for ceiling in [UPPER_FLOOR - 0.4, ROOF] {
-            for half_bay in 0..=4 * side.bays {
-                let at = side.from + side.along * (half_bay as f32 * 0.75) + Vec3::Y * ceiling;
-                let profile = if half_bay % 4 == 0 { &beam } else { &joist };
-                s.bar(at + out * 0.1, at + out * (GALLERY + 0.05), side.along, Vec3::Y, profile, WOOD);
-            }
+        for half_bay in 0..=4 * side.bays {
+            let at = side.from + side.along * (half_bay as f32 * 0.75) + Vec3::Y * ROOF;
+            let profile = if half_bay % 4 == 0 { &beam } else { &joist };
+            s.bar(at + out * 0.1, at + out * (GALLERY + 0.05), side.along, Vec3::Y, profile, WOOD);
         }
         let corner = side.from + out * GALLERY - side.along * GALLERY;
         let length = side.length() + 2.0 * GALLERY;
@@ -177,7 +178,8 @@ pub(super) fn mouldings(s: &mut Solids) {
 /// Pilasters on the outer wall, opposite the columns.
 fn pilasters(s: &mut Solids, corner: Vec3, side: &Side, length: f32, floor: f32) {
     let (along, inwards) = (side.along, side.inwards());
-    let height = if floor > 0.0 { ROOF } else { UPPER_FLOOR - 0.4 } - floor;
+    // Below, the capitals carry the vaults' ribs.
+    let height = if floor > 0.0 { ROOF - floor } else { STOREYS[0].spring + 0.403 };
     let slab = |s: &mut Solids, at: f32, half: f32, depth: f32, low: f32, high: f32, material| {
         let foot = corner + along * at + Vec3::Y * floor;
         let (p, q) = (foot - along * half - inwards * 0.04 + Vec3::Y * low, foot + along * half + inwards * depth + Vec3::Y * high);
@@ -186,7 +188,7 @@ fn pilasters(s: &mut Solids, corner: Vec3, side: &Side, length: f32, floor: f32)
     let count = (length / 3.0).round() as u32;
     for i in 1..count {
         let at = i as f32 * 3.0;
-        slab(s, at, 0.21, 0.10, -0.02, height + 0.02, PLASTER);
+        slab(s, at, 0.21, 0.10, -0.02, if floor > 0.0 { height + 0.02 } else { height - 0.41 }, PLASTER);
         slab(s, at, 0.26, 0.15, -0.025, 0.22, MARBLE);
         slab(s, at, 0.24, 0.13, height - 0.62, height - 0.5, MARBLE);
         slab(s, at, 0.28, 0.17, height - 0.51, height - 0.40, MARBLE);
