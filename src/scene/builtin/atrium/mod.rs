@@ -4,11 +4,11 @@
 //! 8.6. The sun reaches a part of the court and of one arcade; the galleries see it only by what the court sends back, so most of a
 //! picture taken in a gallery is indirect light.
 //!
-//! Knob  `detail` (default 1, 0.05–4.7) multiplies the segments of all round parts and divides the floor finer; the count grows with its square:
+//! Knob  `detail` (default 1, 0.05–4.2) multiplies the segments of all round parts and divides the floor finer; the count grows with its square:
 //!
-//! | `detail` | 0.05 | 0.2 | 0.5 | 0.8 | 1 | 2 | 4.7 |
+//! | `detail` | 0.05 | 0.2 | 0.5 | 0.8 | 1 | 2 | 4.16 |
 //! |---|---|---|---|---|---|---|---|
-//! | triangles | 26 k | 49 k | 183 k | 418 k | 609 k | 2.1 M | 10.2 M |
+//! | triangles | 30 k | 57 k | 227 k | 510 k | 748 k | 2.5 M | 10.0 M |
 //!
 //! Every part is closed and faces outwards; parts are sunk into one another, never laid face on face.
 
@@ -30,7 +30,7 @@ use crate::scene::Material;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct AtriumParameters {
-    /// Multiplies the segments of round parts and the fineness of the floor, 0.05–4.7.
+    /// Multiplies the segments of round parts and the fineness of the floor, 0.05–4.2.
     pub detail: f32,
     /// Lanterns under every gallery bay, whose material `glow` emits. Default false.
     pub lanterns: bool,
@@ -139,8 +139,8 @@ impl Side {
 /// # Errors
 /// When `detail` is out of range.
 pub fn atrium(p: &AtriumParameters) -> Result<Generated, String> {
-    if !(0.05..=4.7).contains(&p.detail) {
-        return Err(format!("detail is {} but must lie from 0.05 to 4.7", p.detail));
+    if !(0.05..=4.2).contains(&p.detail) {
+        return Err(format!("detail is {} but must lie from 0.05 to 4.2", p.detail));
     }
     let segments = |n: u32| ((n as f32 * p.detail).round() as u32).max(3);
     let mut s = Solids::default();
