@@ -76,6 +76,7 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     stats.insert("elements".into(), tree.len().into());
     stats.insert("bytes_per_element".into(), (tree.bytes() as f64 / tree.len() as f64).into());
     stats.insert("shading_points".into(), layers.gathered.len().into());
+    stats.insert("gathers".into(), layers.gathers.into());
     if let Some(rays) = args.traced {
         let traced = traced_occlusion(&world, &layers.samples.points, settings, rays, job.config.seed, &job.run)?;
         let difference = |f: &dyn Fn(f64) -> f64| {

@@ -10,6 +10,7 @@
 //! | `hierarchy` | [`Hierarchy`]: groups of discs, what they look like from afar |
 //! | `raster` | the hemisphere of a receiver, filled from near to far |
 //! | `gather` | [`Gather`]: the walk through the tree |
+//! | `interpolate` | [`gather_some`]: gathers at few places of a picture, interpolated between |
 //! | `sum` | the plain sum, Bunnell's correction |
 //! | `radiosity` | [`bake`]: direct light and bounces on the elements; [`gather_all`] |
 
@@ -43,6 +44,7 @@ mod dice;
 mod element;
 mod gather;
 mod hierarchy;
+mod interpolate;
 mod pack;
 mod radiosity;
 mod raster;
@@ -54,6 +56,7 @@ pub use dice::{Density, Piece, dice};
 pub use element::{Channel, Cloud};
 pub use gather::{Gather, Receiver};
 pub use hierarchy::Hierarchy;
+pub use interpolate::{Receivers, gather_some};
 pub use radiosity::{ProxyInputs, accessibility, bake, bake_areas, element_irradiance, gather_all};
 pub use raster::Gathered;
 pub use settings::{FalloffMode, HitSides, Overlap, PointsSettings, RadiositySource};
