@@ -50,6 +50,8 @@ const INSIDE: f32 = 1.6;
 const ADJACENT: f32 = 1.5;
 /// Distance over harmonic mean distance that is accepted, times √maxvariation.
 const REACH: f32 = 3.0;
+/// The same where less than three places are alike, and values are taken as constant.
+const FEW: f32 = 0.3;
 /// Residual of light over that of occlusion.
 const LIGHT: f32 = 3.0;
 /// Places of unlike surfaces in one block.
@@ -208,16 +210,18 @@ fn interpolate(
     near: &mut Vec<u32>,
 ) -> (Vec<(u32, Gathered)>, Vec<u32>) {
     let (mut found, mut rest) = (Vec::new(), Vec::new());
+    rest.clone_from(&block.rest);
     for ring in 1..=2 {
         index.near(block.x, block.y, ring, near);
-        if near.len() >= 6 {
+        rest.retain(|&i| match value(i, near, index, receivers, settings.maxvariation, lit) {
+            Some(value) => {
+                found.push((i, value));
+                false
+            }
+            None => true,
+        });
+        if near.len() >= MOST {
             break;
-        }
-    }
-    for &i in &block.rest {
-        match value(i, near, index, receivers, settings.maxvariation, lit) {
-            Some(value) => found.push((i, value)),
-            None => rest.push(i),
         }
     }
     (found, rest)
@@ -254,7 +258,8 @@ fn value(i: u32, near: &[u32], index: &Index<'_>, receivers: Receivers<'_>, vari
         pixels = pixels.min(own.distance(Vec2::new(place.x as f32, place.y as f32)));
     }
     let used = &used[..count];
-    if count < 3 || (nearest.0 > REACH * REACH * variation * nearest.1 * nearest.1 && pixels > ADJACENT) {
+    let reach = nearest.1 * if count < 3 { FEW * REACH } else { REACH };
+    if count == 0 || (nearest.0 > variation * reach * reach && pixels > ADJACENT) {
         return None;
     }
     let ridge = 1e-3 * (moments.y_axis.y + moments.z_axis.z) + 1e-20 * moments.x_axis.x;
