@@ -86,7 +86,10 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         let (mae, rmse, bias) = (difference(&f64::abs), difference(&|d| d * d).sqrt(), difference(&|d| d));
         println!("occlusion against {rays} rays: mean absolute error {mae:.4}, root mean square {rmse:.4}, bias {bias:+.4}");
         stats.insert("traced".into(), json!({ "rays": rays, "mean_absolute_error": mae, "rms": rmse, "bias": bias }));
-        stats.insert("rays_of_equal_error".into(), equal_rays(&world, &layers, &traced, mae, &job)?.map_or(serde_json::Value::Null, |(r, s)| json!({ "rays": r, "seconds": s })));
+        stats.insert(
+            "rays_of_equal_error".into(),
+            equal_rays(&world, &layers, &traced, mae, &job)?.map_or(serde_json::Value::Null, |(r, s)| json!({ "rays": r, "seconds": s })),
+        );
         let values: Vec<Rgb> = traced.into_iter().map(Rgb::splat).collect();
         film.set("traced", layers.samples.mean(&values).iter().map(|c| c.x).collect());
     }

@@ -150,9 +150,7 @@ fn choose(block: &Block, side: u32, receivers: Receivers<'_>) -> Vec<u32> {
     };
     let mut chosen: Vec<u32> = Vec::new();
     for _ in 0..SURFACES {
-        let unlike = |i: u32| {
-            chosen.iter().all(|&c| !alike(&receivers.at[c as usize], &receivers.at[i as usize], receivers.footprint[i as usize]))
-        };
+        let unlike = |i: u32| chosen.iter().all(|&c| !alike(&receivers.at[c as usize], &receivers.at[i as usize], receivers.footprint[i as usize]));
         let Some(next) = block.rest.iter().copied().filter(|&i| unlike(i)).min_by(|&a, &b| off(a).total_cmp(&off(b))) else { break };
         chosen.push(next);
     }
