@@ -40,7 +40,7 @@ const GROUPS: usize = 8192;
 /// Least cosine between normals of elements that share a gather.
 const LIKE_NORMALS: f32 = 0.94;
 /// Least `maxsolidangle` of bounces on elements. Cornell box, bias of the picture by this and the raster: 0.2 and 8 −1.3 %, 0.1 and 12 −1.0 %,
-/// 0.05 and 16 −0.8 % for 1, 2 and 3.3 times the time; with the proxy's radiosity −0.3 %.
+/// 0.05 and 16 −0.8 %, for 1, 1.5 and 2.5 times the CPU time of the render; with the proxy's radiosity −0.3 %.
 const BOUNCE_SOLID_ANGLE: f32 = 0.1;
 /// Largest `microbufres` there.
 const BOUNCE_RES: u32 = 12;
