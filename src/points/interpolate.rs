@@ -3,8 +3,9 @@
 //! ```text
 //! places     blocks of 16, 8, 4, 2, 1 pixels: a gather in the middle of every block that holds points still without a value
 //! value      v(p) = Σ_r v_r w_r (c₀ + c·x_r),  w = 1/(x² + h²)         moving least squares, linear in the plane of p: linear fields are exact
-//! accepted   like normals, like plane; Σ |weights| ≤ 1.6 (inside, not beyond); nearest place within 3 √maxvariation · R or 1½ pixels
-//!            (R: harmonic mean distance to what is seen `[Ward88]`); residual of the fit ≤ maxvariation of occlusion, 3 maxvariation of light
+//! accepted   like normals, like plane; Σ |weights| ≤ 1.6 (inside, not beyond); nearest place within √maxvariation · R or in the same pixel
+//!            (R: harmonic mean distance to what is seen `[Ward88]`, at most maxdist and 1 / falloff; 0.3 R with three places or fewer);
+//!            residual of the fit, times n / (n − 3) for n places, ≤ maxvariation of occlusion, 3 maxvariation of light
 //! ```
 //! What is not accepted waits for the places of the next finer blocks; single pixels gather for themselves. The second test catches contact
 //! shadows that lie between places, the third shadows and light that do not depend on distance.
@@ -46,11 +47,13 @@ const LIKE_PLANE: f32 = 0.15;
 const MOST: usize = 24;
 /// Largest Σ |weights|.
 const INSIDE: f32 = 1.6;
-/// Places in this many pixels are near enough, whatever is near by.
-const ADJACENT: f32 = 1.5;
+/// Places in this many pixels, those of the same one, are near enough, whatever is near by.
+const ADJACENT: f32 = 0.5;
 /// Distance over harmonic mean distance that is accepted, times √maxvariation.
-const REACH: f32 = 3.0;
-/// The same where less than three places are alike, and values are taken as constant.
+const REACH: f32 = 1.0;
+/// Coefficients of a fit: with no more places than these, its residual says nothing.
+const COEFFICIENTS: usize = 3;
+/// [`REACH`] times this is accepted there.
 const FEW: f32 = 0.3;
 /// Residual of light over that of occlusion.
 const LIGHT: f32 = 3.0;
@@ -211,7 +214,7 @@ fn interpolate(
     rest.clone_from(&block.rest);
     for ring in 1..=2 {
         index.near(block.x, block.y, ring, near);
-        rest.retain(|&i| match value(i, near, index, receivers, settings.maxvariation, lit) {
+        rest.retain(|&i| match value(i, near, index, receivers, settings, lit) {
             Some(value) => {
                 found.push((i, value));
                 false
@@ -226,7 +229,8 @@ fn interpolate(
 }
 
 /// The interpolated value, if it is accepted.
-fn value(i: u32, near: &[u32], index: &Index<'_>, receivers: Receivers<'_>, variation: f32, lit: bool) -> Option<Gathered> {
+fn value(i: u32, near: &[u32], index: &Index<'_>, receivers: Receivers<'_>, settings: &PointsSettings, lit: bool) -> Option<Gathered> {
+    let variation = settings.maxvariation;
     let (at, pixel, footprint) = (&receivers.at[i as usize], receivers.pixel[i as usize], receivers.footprint[i as usize]);
     let own = Vec2::new((pixel % receivers.width) as f32, (pixel / receivers.width) as f32);
     let frame = Frame::from_normal(at.ng);
@@ -256,7 +260,8 @@ fn value(i: u32, near: &[u32], index: &Index<'_>, receivers: Receivers<'_>, vari
         pixels = pixels.min(own.distance(Vec2::new(place.x as f32, place.y as f32)));
     }
     let used = &used[..count];
-    let reach = nearest.1 * if count < 3 { FEW * REACH } else { REACH };
+    let far = nearest.1.min(settings.maxdist).min(1.0 / settings.falloff);
+    let reach = far * if count <= COEFFICIENTS { FEW * REACH } else { REACH };
     if count == 0 || (nearest.0 > variation * reach * reach && pixels > ADJACENT) {
         return None;
     }
@@ -291,7 +296,9 @@ fn value(i: u32, near: &[u32], index: &Index<'_>, receivers: Receivers<'_>, vari
         return None;
     }
     let (occlusion, light) = (inverse * occlusion, inverse * light);
-    let residual = |fit: Vec3, of: &dyn Fn(&Gathered) -> f32| used.iter().map(|&(x, w, k)| w * (of(place(k)) - fit.dot(x)).powi(2)).sum::<f32>() / total;
+    let freedom = count as f32 / count.saturating_sub(COEFFICIENTS).max(1) as f32;
+    let residual =
+        |fit: Vec3, of: &dyn Fn(&Gathered) -> f32| used.iter().map(|&(x, w, k)| w * (of(place(k)) - fit.dot(x)).powi(2)).sum::<f32>() / total * freedom;
     if residual(occlusion, &|v| v.occlusion) > variation * variation {
         return None;
     }
