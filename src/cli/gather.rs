@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use super::check_writable;
-use super::options::{OutputOptions, SceneOptions};
+use super::options::{Job, OutputOptions, SceneOptions};
 use super::render::{check_outputs, finish, warn_of_camera};
 use crate::error::{Error, Result};
 use crate::film::Film;
@@ -76,6 +76,7 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     stats.insert("elements".into(), tree.len().into());
     stats.insert("bytes_per_element".into(), (tree.bytes() as f64 / tree.len() as f64).into());
     stats.insert("shading_points".into(), layers.gathered.len().into());
+    stats.insert("gathers".into(), layers.gathers.into());
     if let Some(rays) = args.traced {
         let traced = traced_occlusion(&world, &layers.samples.points, settings, rays, job.config.seed, &job.run)?;
         let difference = |f: &dyn Fn(f64) -> f64| {
@@ -85,10 +86,35 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         let (mae, rmse, bias) = (difference(&f64::abs), difference(&|d| d * d).sqrt(), difference(&|d| d));
         println!("occlusion against {rays} rays: mean absolute error {mae:.4}, root mean square {rmse:.4}, bias {bias:+.4}");
         stats.insert("traced".into(), json!({ "rays": rays, "mean_absolute_error": mae, "rms": rmse, "bias": bias }));
+        stats.insert(
+            "rays_of_equal_error".into(),
+            equal_rays(&world, &layers, &traced, mae, &job)?.map_or(serde_json::Value::Null, |(r, s)| json!({ "rays": r, "seconds": s })),
+        );
         let values: Vec<Rgb> = traced.into_iter().map(Rgb::splat).collect();
         film.set("traced", layers.samples.mean(&values).iter().map(|c| c.x).collect());
     }
     finish(&args.scene, &args.output, "gather-points", &job, &world, Rendered { film, stats, ..Rendered::default() })
+}
+
+/// Rays a point whose mean absolute error is `mae`, and the seconds that they take at all points; none when `truth` is no better than that.
+/// Prints both. Between powers of two the error is taken as a power of the number.
+fn equal_rays(world: &World, layers: &PointLayers, truth: &[f32], mae: f64, job: &Job) -> Result<Option<(f64, f64)>> {
+    let mut before: Option<(f64, f64, f64)> = None;
+    for rays in (2..10).map(|i| 1u32 << i) {
+        let start = std::time::Instant::now();
+        let few = traced_occlusion(world, &layers.samples.points, &job.config.points, rays, job.config.seed + 1, &job.run)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let error = few.iter().zip(truth).map(|(&a, &b)| f64::from((a - b).abs())).sum::<f64>() / few.len().max(1) as f64;
+        if error <= mae {
+            let (from, to) = (before.unwrap_or((f64::from(rays), error, seconds)), (f64::from(rays), error, seconds));
+            let t = if from.1 > to.1 { (from.1 / mae).ln() / (from.1 / to.1).ln() } else { 1.0 };
+            let (equal, time) = (from.0 * (to.0 / from.0).powf(t), from.2 * (to.2 / from.2).powf(t));
+            println!("as good as {equal:.1} rays a point, which take {time:.2} s");
+            return Ok(Some((equal, time)));
+        }
+        before = Some((f64::from(rays), error, seconds));
+    }
+    Ok(None)
 }
 
 fn film(layers: &PointLayers, channels: &[Channel], sky: &Sky) -> Film {

@@ -14,7 +14,7 @@ use super::Rendered;
 use super::stage::Inputs;
 use crate::error::Result;
 use crate::math::{Frame, Ray};
-use crate::points::{Cloud, Gathered, Hierarchy, PointsSettings, ProxyInputs, Receiver, accessibility, bake, gather_all};
+use crate::points::{Cloud, Gathered, Hierarchy, PointsSettings, ProxyInputs, Receiver, Receivers, accessibility, bake, gather_all, gather_some};
 use crate::radiometry::Rgb;
 use crate::record::{CameraSamples, ShadingPoints, camera_samples};
 use crate::run::{RayKind, Run};
@@ -44,6 +44,8 @@ pub struct PointLayers {
     pub samples: CameraSamples,
     /// One a point.
     pub gathered: Vec<Gathered>,
+    /// Gathers that were made; the other points are interpolated.
+    pub gathers: usize,
 }
 
 impl PointLayers {
@@ -61,9 +63,15 @@ pub fn gather_picture(world: &World, cloud: &Cloud, tree: &Hierarchy, settings: 
     settings.validate()?;
     inputs.record.validate()?;
     let samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
-    let weights = accessibility(tree, cloud, world.diagonal, settings, run)?;
-    let gathered = gather_all(tree, settings, weights.as_ref(), &receivers(&samples.points, settings, inputs.seed), &world.lights.sky, "gather", run)?;
-    Ok(PointLayers { samples, gathered })
+    let at = receivers(&samples.points, settings, inputs.seed);
+    let (gathered, gathers) = match accessibility(tree, cloud, world.diagonal, settings, run)? {
+        Some(weights) => (gather_all(tree, settings, Some(&weights), &at, &world.lights.sky, "gather", run)?, at.len()),
+        None => {
+            let receivers = Receivers { at: &at, pixel: &samples.points.pixel, footprint: &samples.points.footprint, width: samples.width };
+            gather_some(tree, settings, receivers, &world.lights.sky, run)?
+        }
+    };
+    Ok(PointLayers { samples, gathered, gathers })
 }
 
 /// The picture.
@@ -94,6 +102,7 @@ pub fn render_cloud(world: &World, cloud: &Cloud, settings: &PointsSettings, inp
     let stats = [
         ("elements", serde_json::json!(cloud.len())),
         ("shading_points", layers.gathered.len().into()),
+        ("gathers", layers.gathers.into()),
         ("bytes_per_element", (tree.bytes() / tree.len()).into()),
     ];
     Ok(Rendered { film, stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(), ..Rendered::default() })

@@ -11,6 +11,7 @@
 //! | `hierarchy` | [`Hierarchy`]: groups of discs, what they look like from afar |
 //! | `raster` | the hemisphere of a receiver, filled from near to far |
 //! | `gather` | [`Gather`]: the walk through the tree |
+//! | `interpolate` | [`gather_some`]: gathers at few places of a picture, interpolated between |
 //! | `sum` | the plain sum, Bunnell's correction |
 //! | `radiosity` | [`bake`]: direct light and bounces on the elements; [`gather_all`] |
 
@@ -33,17 +34,25 @@
 //! 0.1 and 12: 0.013; 0.2 and 12: 0.013; 0.2 and 8: 0.022; groups looked at 3000, 1900, 1850, 1200, 1200.
 //!
 //! Cost of one gather in Sponza by elements (CPU time, the machine busy): 10 thousand 0.34 ms, 100 thousand 0.53 ms, 1 million 0.66 ms, 10 million 1.1 ms. A ray of
-//! Embree costs 0.14 µs beside it, so traced occlusion of about equal error (64 rays) is faster by a factor of some 60.
+//! Embree costs 0.14 µs beside it.
+//!
+//! Occlusion in time against rays of equal error (Sponza, 640×360, one sample a pixel, `gather --traced 512` says it): mean absolute error 0.0132
+//! interpolated (at 320×180 against 256 rays 0.0135; 0.0130 with a gather at every point, against 1024); as good as 18 rays a point, not interpolated. 16 050 gathers for 229 283 points (an
+//! earlier acceptance rule took 7466 for 57 320 at 320×180 and 46 000 for 917 000 at 1280×720: the larger the picture, the smaller the share) take 7.3 s of two threads, the rays 0.6 s: **rays are still faster by a factor of 12**, and could be
+//! interpolated too (the machine was busy with both). By root mean square, 0.022, points are worth fewer rays than by the mean. `maxsolidangle` 0.1 and `microbufres` 12 take 3.9 s for 0.0164, as good as 13 rays in 0.4 s. Most of the error is bias
+//! (+0.0092); its cause is not known. In the built-in interior (400 000 elements, 128×72) it is 0.0046, bias +0.0003: as good
+//! as 47 rays.
 //! 10 million elements: tree in 1.7 s on two cores (8 to 12 s with the machine overloaded), 77 B an element in all.
 //!
-//! Cornell box, defaults: relMSE of the picture 0.002 (128×128), bias −1.4 %; indirect irradiance 0.010, with `radiosity = "photon"` 0.006: every bounce on
-//! the elements loses about 2 % of its light.
+//! Cornell box, defaults: relMSE of the picture 0.0025 (256×256, 4 samples a pixel), bias −1.0 %; with `radiosity = "photon"` 0.0019, −0.3 %: gathered as
+//! finely as at receivers the bounces on the elements still lose 0.5 % more than the proxy (−0.8 %); why is not known.
 
 mod cloud_file;
 mod dice;
 mod element;
 mod gather;
 mod hierarchy;
+mod interpolate;
 mod pack;
 pub(crate) mod ply_header;
 mod radiosity;
@@ -56,6 +65,7 @@ pub use dice::{Density, Piece, dice};
 pub use element::{Channel, Cloud};
 pub use gather::{Gather, Receiver};
 pub use hierarchy::{Group, Hierarchy};
+pub use interpolate::{Receivers, gather_some};
 pub use radiosity::{ProxyInputs, accessibility, bake, bake_areas, element_irradiance, gather_all};
 pub use raster::Gathered;
 pub use settings::{FalloffMode, HitSides, Overlap, PointsSettings, RadiositySource};

@@ -39,6 +39,11 @@ pub struct ProxyInputs<'a> {
 const GROUPS: usize = 8192;
 /// Least cosine between normals of elements that share a gather.
 const LIKE_NORMALS: f32 = 0.94;
+/// Least `maxsolidangle` of bounces on elements. Cornell box, bias of the picture by this and the raster: 0.2 and 8 −1.3 %, 0.1 and 12 −1.0 %,
+/// 0.05 and 16 −0.8 %, for 1, 1.5 and 2.5 times the CPU time of the render; with the proxy's radiosity −0.3 %.
+const BOUNCE_SOLID_ANGLE: f32 = 0.1;
+/// Largest `microbufres` there.
+const BOUNCE_RES: u32 = 12;
 /// Largest ratio of bounces that the rest is estimated from.
 const MAX_RATIO: f32 = 0.95;
 
@@ -152,8 +157,8 @@ fn direct(world: &World, cloud: &Cloud, pieces: &[Piece], samples: u32, seed: u6
 /// Adds the bounces to what leaves the sides of elements.
 fn bounces(cloud: &mut Cloud, albedo: &[Rgb], leaving: &mut [Vec<Rgb>; 2], sky: &Sky, diagonal: f32, settings: &PointsSettings, run: &Run) -> Result<()> {
     let coarse = PointsSettings {
-        maxsolidangle: settings.maxsolidangle.max(0.2),
-        microbufres: settings.microbufres.min(8),
+        maxsolidangle: settings.maxsolidangle.max(BOUNCE_SOLID_ANGLE),
+        microbufres: settings.microbufres.min(BOUNCE_RES),
         overlap: Overlap::Raster,
         ..settings.clone()
     };

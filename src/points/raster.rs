@@ -41,6 +41,8 @@ struct Sums {
     weight: f32,
     /// W with the fall-off.
     occlusion: f32,
+    /// W over the distance.
+    inverse: f32,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -70,6 +72,7 @@ impl Cell {
             self.done.light += self.layer.light * gain;
             self.done.weight += self.layer.weight * gain;
             self.done.occlusion += self.layer.occlusion * gain;
+            self.done.inverse += self.layer.inverse * gain;
             self.open *= 1.0 - covered;
             self.layer = Sums::ZERO;
             self.covered = 0.0;
@@ -78,7 +81,7 @@ impl Cell {
 }
 
 impl Sums {
-    const ZERO: Self = Self { light: Rgb::ZERO, weight: 0.0, occlusion: 0.0 };
+    const ZERO: Self = Self { light: Rgb::ZERO, weight: 0.0, occlusion: 0.0, inverse: 0.0 };
 }
 
 /// What a receiver's hemisphere holds.
@@ -92,6 +95,9 @@ pub struct Gathered {
     pub bent_normal: Vec3,
     /// Irradiance from the elements, W·m⁻²; a constant sky's is `open` times its radiance.
     pub irradiance: Rgb,
+    /// Cosine-weighted harmonic mean distance to what is seen, open directions included as infinitely far; infinite without elements and for
+    /// the plain sums.
+    pub distance: f32,
     /// Irradiance from a map of the sky through the open directions; zero without one.
     pub from_map: Rgb,
 }
@@ -270,6 +276,7 @@ impl Raster {
         let w = a * cos;
         c.layer.weight += w;
         c.layer.occlusion += w * splat.occlusion;
+        c.layer.inverse += w / splat.distance;
         c.layer.light += splat.radiance * w;
         if c.open * (1.0 - c.covered / FILLED) < 1.0 - FULL {
             let (row, bit) = (&mut self.rows[cell / shape.side], 1 << (cell % shape.side));
@@ -341,7 +348,7 @@ impl Raster {
 
     /// What it holds; `bent_normal` in the local frame. `sky` is the radiance of open local directions; its irradiance comes second.
     pub fn result(&self, shape: &Shape, sky: Option<&dyn Fn(Vec3) -> Rgb>) -> (Gathered, Rgb) {
-        let (mut light, mut occluded, mut open, mut bent, mut from_sky) = (Rgb::ZERO, 0.0, 0.0, Vec3::ZERO, Rgb::ZERO);
+        let (mut light, mut occluded, mut inverse, mut open, mut bent, mut from_sky) = (Rgb::ZERO, 0.0, 0.0, 0.0, Vec3::ZERO, Rgb::ZERO);
         for (i, c) in self.cells.iter().enumerate() {
             let w = shape.mean_cos[i];
             let mut c = *c;
@@ -351,6 +358,7 @@ impl Raster {
             if c.done.weight > 0.0 {
                 light += c.done.light * (o / c.done.weight);
                 occluded += c.done.occlusion * (o / c.done.weight);
+                inverse += c.done.inverse * (o / c.done.weight);
             }
             let direction = Vec3::new(shape.x[i], shape.y[i], shape.z[i]);
             open += w - o;
@@ -366,6 +374,7 @@ impl Raster {
             bent_normal: if open > 0.0 { bent / open } else { Vec3::ZERO },
             irradiance: light * omega,
             from_map: Rgb::ZERO,
+            distance: shape.total / (inverse * omega),
         };
         (gathered, from_sky * omega)
     }

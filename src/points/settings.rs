@@ -81,6 +81,10 @@ pub struct PointsSettings {
     pub falloffmode: FalloffMode,
     /// Jitter of receivers in their plane, as a fraction of the pixel, 0 to 1. Default 0.
     pub samplebase: f32,
+    /// Largest error of occlusion that gathers at few places and interpolation between them may bring, 0 to 1: places lie closer where
+    /// occlusion bends more than this, light more than three times as much of itself, or surfaces are near. 0 gathers at every point; only
+    /// with `overlap = "raster"`. Default 0.02.
+    pub maxvariation: f32,
     /// Elements that rise less than this above the receiver's plane are not there. Default 0.
     pub bias: f32,
     /// Of the plain sums (`overlap` `none` and `bunnell`): occlusion above 1 is cut, and light with it. Default true.
@@ -112,6 +116,7 @@ impl Default for PointsSettings {
             falloff: 0.0,
             falloffmode: FalloffMode::Exponential,
             samplebase: 0.0,
+            maxvariation: 0.02,
             bias: 0.0,
             clamp: true,
             hitsides: HitSides::Both,
@@ -137,6 +142,7 @@ impl PointsSettings {
             ("maxdist", f64::from(self.maxdist), f64::MIN_POSITIVE, f64::INFINITY),
             ("falloff", f64::from(self.falloff), 0.0, big),
             ("samplebase", f64::from(self.samplebase), 0.0, 1.0),
+            ("maxvariation", f64::from(self.maxvariation), 0.0, 1.0),
             ("bias", f64::from(self.bias), 0.0, big),
             ("coneangle", f64::from(self.coneangle), 1e-3, 90.0),
             ("microbufres", f64::from(self.microbufres), 4.0, 32.0),

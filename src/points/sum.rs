@@ -128,6 +128,7 @@ pub fn sum(tree: &Hierarchy, settings: &PointsSettings, weights: Option<&Accessi
         open: (whole - blocked).max(0.0),
         bent_normal: r.ns * (std::f32::consts::FRAC_2_PI * whole) - bent * cut,
         irradiance: light * (cut * std::f32::consts::FRAC_1_PI / tree.scale),
+        distance: f32::INFINITY,
     }
 }
 
