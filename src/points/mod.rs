@@ -36,6 +36,19 @@
 //! Cost of one gather in Sponza by elements (CPU time, the machine busy): 10 thousand 0.34 ms, 100 thousand 0.53 ms, 1 million 0.66 ms, 10 million 1.1 ms. A ray of
 //! Embree costs 0.14 µs beside it.
 //!
+//! Interpolated (`maxvariation` 0.02) against a gather at every point (0), Cornell box at 32×32 and the field at 48×32 and 96×64:
+//!
+//! | | 0.02 | 0 |
+//! |---|---|---|
+//! | Cornell box, relMSE of indirect irradiance | 0.0091 | 0.0086 |
+//! | the same, `radiosity = "photon"` | 0.0065 | 0.0060 |
+//! | field 48×32, occlusion: mean absolute error, bias | 0.015, +0.006 | 0.008, +0.007 |
+//! | field 48×32, gathers | 827 | 1296 |
+//! | field 96×64, gathers | 1563 | 3991 |
+//!
+//! The table of occlusion above, the comparison in time below and the pictures of the Cornell box were measured with earlier acceptance rules,
+//! which interpolated more; they have not been measured again.
+//!
 //! Occlusion in time against rays of equal error (Sponza, 640×360, one sample a pixel, `gather --traced 512` says it): mean absolute error 0.0132
 //! interpolated (at 320×180 against 256 rays 0.0135; 0.0130 with a gather at every point, against 1024); as good as 18 rays a point, not interpolated. 16 050 gathers for 229 283 points (an
 //! earlier acceptance rule took 7466 for 57 320 at 320×180 and 46 000 for 917 000 at 1280×720: the larger the picture, the smaller the share) take 7.3 s of two threads, the rays 0.6 s: **rays are still faster by a factor of 12**, and could be
