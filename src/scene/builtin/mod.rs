@@ -1,6 +1,7 @@
 //! Scenes made by code: parametric, deterministic, with their materials; asked for by `[[mesh]] builtin = "…"` in a scene file.
 
 mod atrium;
+mod cathedral;
 mod foliage;
 mod fur;
 mod hairball;
@@ -10,6 +11,7 @@ mod solid;
 mod subdivision;
 
 pub use atrium::{AtriumParameters, atrium};
+pub use cathedral::{CathedralParameters, cathedral};
 pub use foliage::{FoliageParameters, foliage};
 pub use fur::{FurParameters, fur};
 pub use hairball::{HairballParameters, hairball};
@@ -42,13 +44,14 @@ pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, Strin
     }
     let mut made = match name {
         "atrium" => atrium(&read(parameters)?)?,
+        "cathedral" => cathedral(&read(parameters)?)?,
         "foliage" => foliage(&read(parameters)?)?,
         "fur" => fur(&read(parameters)?)?,
         "hairball" => hairball(&read(parameters)?)?,
         "interior" => interior(&read(parameters)?)?,
         "slats" => slats(&read(parameters)?)?,
         "subdivision" => subdivision(&read(parameters)?)?,
-        _ => return Err(format!("there is no builtin \"{name}\"; there are: atrium, foliage, fur, hairball, interior, slats, subdivision")),
+        _ => return Err(format!("there is no builtin \"{name}\"; there are: atrium, cathedral, foliage, fur, hairball, interior, slats, subdivision")),
     };
     made.mesh.name = name.into();
     made.cages.iter_mut().for_each(|c| c.name = name.into());
