@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn all_parts_are_closed_and_outward() {
-        for name in ["atrium", "foliage", "hairball", "interior", "slats"] {
+        for name in ["atrium", "cathedral", "foliage", "hairball", "interior", "slats"] {
             let made = generate(name, &toml::Table::new()).unwrap();
             let count = made.mesh.triangles.len();
             assert!(name != "interior" || (50_000..200_000).contains(&count), "{count}");

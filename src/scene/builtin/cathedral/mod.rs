@@ -9,7 +9,10 @@
 //! Every part is closed and faces outwards; parts are sunk into one another, never laid face on face.
 
 mod arch;
+mod candles;
 mod column;
+mod ends;
+mod furniture;
 mod masonry;
 mod sweep;
 mod vault;
@@ -40,7 +43,7 @@ impl Default for CathedralParameters {
     }
 }
 
-const NAMES: [(&str, [f32; 3]); 11] = [
+const NAMES: [(&str, [f32; 3]); 23] = [
     ("stone-a", [0.66, 0.60, 0.49]),
     ("stone-b", [0.60, 0.54, 0.44]),
     ("stone-c", [0.70, 0.65, 0.55]),
@@ -52,6 +55,18 @@ const NAMES: [(&str, [f32; 3]); 11] = [
     ("rib-c", [0.60, 0.55, 0.46]),
     ("marble", [0.26, 0.25, 0.25]),
     ("joint", [0.30, 0.28, 0.26]),
+    ("tile-dark-a", [0.16, 0.15, 0.15]),
+    ("tile-dark-b", [0.20, 0.17, 0.15]),
+    ("tile-light-a", [0.58, 0.52, 0.43]),
+    ("tile-light-b", [0.52, 0.45, 0.36]),
+    ("tile-red-a", [0.40, 0.20, 0.12]),
+    ("tile-red-b", [0.47, 0.27, 0.17]),
+    ("wood", [0.22, 0.12, 0.06]),
+    ("oak", [0.34, 0.20, 0.10]),
+    ("cloth", [0.50, 0.05, 0.06]),
+    ("brass", [0.50, 0.36, 0.14]),
+    ("wax", [0.80, 0.76, 0.65]),
+    ("flame", [0.80, 0.70, 0.50]),
 ];
 /// Walls before their masonry is laid.
 const STONE: u32 = 0;
@@ -62,6 +77,16 @@ const WEB_TINTS: [u32; 2] = [4, 5];
 const RIB_TINTS: [u32; 3] = [6, 7, 8];
 const MARBLE: u32 = 9;
 const JOINT: u32 = 10;
+/// The first of three pairs.
+const TILES: u32 = 11;
+const WOOD: u32 = 17;
+const OAK: u32 = 18;
+const CLOTH: u32 = 19;
+const BRASS: u32 = 20;
+const WAX: u32 = 21;
+const FLAME: u32 = 22;
+/// Radiance of a burning flame.
+const FLAME_RADIANCE: [f32; 3] = [2600.0, 1450.0, 560.0];
 
 const BAYS: u32 = 7;
 const BAY: f32 = 5.0;
@@ -97,12 +122,15 @@ pub fn cathedral(p: &CathedralParameters) -> Result<Generated, String> {
     if !(0.1..=4.0).contains(&p.detail) {
         return Err(format!("detail is {} but must lie from 0.1 to 4", p.detail));
     }
-    let segments = Segments { detail: p.detail };
+    let segments = Segments { detail: 0.6 * p.detail };
     let mut s = Solids::default();
     s.cuboid(Vec3::new(-1.2, -0.8, -11.4), Vec3::new(LENGTH + 1.2, -0.03, 11.4), JOINT);
-    s.cuboid(Vec3::new(-1.0, -0.2, -11.0), Vec3::new(0.0, ROOF - 0.4, 11.0), STONE);
-    s.cuboid(Vec3::new(LENGTH, -0.2, -11.0), Vec3::new(LENGTH + 1.0, ROOF - 0.4, 11.0), STONE);
+    furniture::floor(&mut s, p.detail);
+    furniture::pews(&mut s, &segments);
+    furniture::altar(&mut s, &segments);
+    candles::candles(&mut s, p.lit, &segments);
     for side in [-1.0, 1.0] {
+        ends::end(&mut s, side, &segments);
         wall::arcade(&mut s, side, &segments);
         wall::triforium(&mut s, side, &segments);
         wall::clerestory(&mut s, side, &segments);
@@ -144,6 +172,52 @@ pub fn cathedral(p: &CathedralParameters) -> Result<Generated, String> {
     if p.detail >= 0.3 {
         masonry::lay(&mut s.mesh, pitch, tint);
     }
-    let materials = NAMES.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    let mut materials: Vec<Material> =
+        NAMES.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    if p.lit {
+        materials[FLAME as usize].emission = Rgb::from(FLAME_RADIANCE);
+    }
     Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+    use crate::tessellate::{Geometry, analyze_topology};
+
+    fn made(detail: f32, lit: bool) -> Generated {
+        cathedral(&CathedralParameters { detail, lit }).unwrap()
+    }
+
+    #[test]
+    fn counts_grow_with_detail_and_repeat() {
+        let count = |detail: f32| made(detail, true).mesh.triangles.len();
+        let (coarse, half, one) = (count(0.1), count(0.5), count(1.0));
+        println!("{coarse} {half} {one}");
+        assert!((15_000..60_000).contains(&coarse), "{coarse}");
+        assert!(half > 2 * coarse && one > 2 * half, "{coarse} {half} {one}");
+        assert_eq!(made(0.3, true).mesh.positions, made(0.3, true).mesh.positions);
+        assert!(cathedral(&CathedralParameters { detail: 9.0, lit: false }).unwrap_err().contains("from 0.1 to 4"));
+    }
+
+    #[test]
+    fn closed_at_every_detail() {
+        for detail in [0.1, 0.37, 0.8] {
+            let made = made(detail, true);
+            let geometry = Geometry::new(&Scene { meshes: vec![made.mesh], materials: made.materials, ..Scene::default() });
+            assert_eq!(geometry.dropped_degenerate + geometry.dropped_duplicate, 0, "{detail}");
+            let topology = analyze_topology(&geometry);
+            assert_eq!(topology.boundary_edges + topology.inconsistent_edges + topology.inside_out, 0, "{detail}: {topology:?}", topology = Small(&topology));
+            assert!(topology.closed_of_triangle.iter().all(|c| *c), "{detail}");
+        }
+    }
+
+    struct Small<'a>(&'a crate::tessellate::Topology);
+    impl std::fmt::Debug for Small<'_> {
+        fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            let open = self.0.closed_of_triangle.iter().filter(|c| !**c).count();
+            write!(f, "open {open} boundary {} nonmanifold {} inconsistent {} inside out {}", self.0.boundary_edges, self.0.nonmanifold_edges, self.0.inconsistent_edges, self.0.inside_out)
+        }
+    }
 }

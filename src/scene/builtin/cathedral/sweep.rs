@@ -57,7 +57,15 @@ pub(super) fn panel(s: &mut Solids, plane: &Plane, rectangle: [Vec2; 2], holes: 
     let n = front.len();
     let center = front.iter().sum::<Vec2>() / n as f32;
     let edge = |direction: Vec2| {
-        let reach = |d: f32, l: f32, h: f32| if d > 0.0 { h / d } else if d < 0.0 { l / d } else { f32::INFINITY };
+        let reach = |d: f32, l: f32, h: f32| {
+            if d > 0.0 {
+                h / d
+            } else if d < 0.0 {
+                l / d
+            } else {
+                f32::INFINITY
+            }
+        };
         let t = reach(direction.x, low.x - center.x, high.x - center.x).min(reach(direction.y, low.y - center.y, high.y - center.y));
         (center + direction * t).clamp(low, high)
     };

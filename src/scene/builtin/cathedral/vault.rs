@@ -89,12 +89,8 @@ impl Vault {
                 }
             }
         }
-        let rim: Vec<u32> = (0..nx)
-            .map(|i| id(i, 0))
-            .chain((0..nz).map(|k| id(nx, k)))
-            .chain((0..nx).map(|i| id(nx - i, nz)))
-            .chain((0..nz).map(|k| id(0, nz - k)))
-            .collect();
+        let rim: Vec<u32> =
+            (0..nx).map(|i| id(i, 0)).chain((0..nz).map(|k| id(nx, k))).chain((0..nx).map(|i| id(nx - i, nz))).chain((0..nz).map(|k| id(0, nz - k))).collect();
         let (m, base) = (rim.len() as u32, positions.len() as u32);
         for &r in &rim {
             let p = positions[r as usize];

@@ -7,7 +7,8 @@ use super::masonry::chance;
 use super::sweep::{Plane, moulding, panel, polyline, roll};
 use super::window::lights;
 use super::{
-    AISLE_FACE, AISLE_ROOF, AISLE_SPRING, ARCADE_TOP, BAY, BAYS, HALF_WALL, LENGTH, NAVE, RIB_TINTS, ROOF, STONE, Segments, TINTS, TRIFORIUM_TOP, VAULT_SPRING, column,
+    AISLE_FACE, AISLE_ROOF, AISLE_SPRING, ARCADE_TOP, BAY, BAYS, HALF_WALL, LENGTH, NAVE, RIB_TINTS, ROOF, STONE, Segments, TINTS, TRIFORIUM_TOP, VAULT_SPRING,
+    column,
 };
 use crate::scene::builtin::solid::Solids;
 
@@ -87,12 +88,6 @@ pub(super) fn triforium(s: &mut Solids, side: f32, segments: &Segments) {
         for m in middles {
             let foot = Vec2::new(m, spring - 0.02);
             moulding(s, &plane, &arch.curve(foot, n, 0.05), &roll(Vec2::new(0.0, front - 0.03), 0.06, segments.of(9)), false, voussoirs(m + 50.0 * side));
-            // Cusps turn the arch into a trefoil.
-            let small = Pointed { half: 0.3, sharp: 1.2 };
-            for (dx, dy) in [(-0.3, 0.12), (0.3, 0.12), (0.0, 0.52)] {
-                let foot = Vec2::new(m + dx, spring + dy);
-                let _ = (&small, foot);
-            }
         }
         for k in -1..=2 {
             let at = x + (k as f32 - 0.5) * 1.42;
@@ -116,7 +111,7 @@ pub(super) fn clerestory(s: &mut Solids, side: f32, segments: &Segments) {
 }
 
 /// A wall panel with a splayed pointed window and a roll around it.
-fn opening(s: &mut Solids, plane: &Plane, rectangle: [Vec2; 2], window: Pointed, foot: Vec2, sill: f32, segments: &Segments) {
+pub(super) fn opening(s: &mut Solids, plane: &Plane, rectangle: [Vec2; 2], window: Pointed, foot: Vec2, sill: f32, segments: &Segments) {
     let n = segments.of(12);
     let hole = |offset: f32| window.lancet(foot, sill, n, offset);
     let h = HALF_WALL;
