@@ -67,7 +67,8 @@ impl Cutter<'_> {
             }
         }
         for (polygon, out) in [(low, below), (high, above)] {
-            (2..polygon.len()).for_each(|i| out.push([polygon[0], polygon[i - 1], polygon[i]]));
+            // Where two edges cross the plane at one point, the sliver between them closes up.
+            out.extend((2..polygon.len()).map(|i| [polygon[0], polygon[i - 1], polygon[i]]).filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]));
         }
     }
 }

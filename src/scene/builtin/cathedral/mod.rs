@@ -213,6 +213,36 @@ mod tests {
         }
     }
 
+    #[test]
+    #[ignore = "diagnosis"]
+    fn diagnose() {
+        for detail in [0.1, 0.8, 1.0] {
+            let made = made(detail, true);
+            let mut seen = std::collections::HashSet::new();
+            let mut bins = std::collections::BTreeMap::new();
+            let mut bym = std::collections::BTreeMap::new();
+            let m = &made.mesh;
+            println!("== {detail} {}", m.triangles.len());
+            for (t, &mat) in m.triangles.iter().zip(&m.materials) {
+                *bym.entry(NAMES[mat as usize].0).or_insert(0) += 1;
+                let [a, b, c] = t.map(|i| m.positions[i as usize]);
+                let n = (b - a).as_dvec3().cross((c - a).as_dvec3());
+                let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+                let kind = if n.length() <= 1e-12 * f64::from(longest).powi(2) { "zero" } else {
+                    let mut key = [a, b, c].map(|p| (p + Vec3::ZERO).to_array().map(f32::to_bits));
+                    key.sort_unstable();
+                    if seen.insert(key) { continue; }
+                    "dup"
+                };
+                let e = bins.entry((kind, NAMES[mat as usize].0)).or_insert((0, vec![]));
+                e.0 += 1;
+                if e.1.len() < 4 { e.1.push([a, b, c]); }
+            }
+            println!("{bym:?}");
+            for (k, v) in bins { println!("{k:?} {}", v.0); for t in v.1 { println!("   {t:?}"); } }
+        }
+    }
+
     struct Small<'a>(&'a crate::tessellate::Topology);
     impl std::fmt::Debug for Small<'_> {
         fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -59,9 +59,10 @@ pub(super) fn lights(s: &mut Solids, plane: &Plane, window: Pointed, foot: Vec2,
     frame.insert(0, (Vec2::new(foot.x - window.half + 0.02, sill - 0.1), Vec2::NEG_X));
     frame.push((Vec2::new(foot.x + window.half - 0.02, sill - 0.1), Vec2::X));
     moulding(s, plane, &frame, &section, false, voussoirs(foot.x));
-    let sub = Pointed { half, sharp: 1.9 };
+    // The two sub-arches end in the mullion, at different places, so that their end faces do not coincide.
+    let sub = Pointed { half: half - 0.004, sharp: 1.9 };
     for side in [-1.0, 1.0] {
-        let at = Vec2::new(foot.x + side * half, foot.y - 0.1);
+        let at = Vec2::new(foot.x + side * half, foot.y - 0.1 + 0.005 * side);
         moulding(s, plane, &sub.curve(at, n, 0.0), &section, false, voussoirs(at.x));
         // A trefoil's cusps under the point.
         let cusp = Pointed { half: 0.62 * half, sharp: 1.25 };
