@@ -20,8 +20,21 @@ struct Candles<'a> {
 }
 
 impl Candles<'_> {
+    /// Coarsely, every second candle with a larger flame.
+    fn step(&self) -> usize {
+        if self.segments.coarse() { 2 } else { 1 }
+    }
+
     fn candle(&mut self, foot: Vec3, height: f32) {
         let (r, around) = (0.019, self.segments.of(9).max(3));
+        if self.segments.coarse() {
+            self.s.lathe(foot, &[Vec2::new(r, -0.01), Vec2::new(0.8 * r, height)], 3, |_, _| 1.0, WAX);
+            if self.lit {
+                let flame = [(0.020, 0.01), (0.013, 0.08)].map(Vec2::from);
+                self.s.lathe(foot + Vec3::Y * height, &flame, 3, |_, _| 1.0, FLAME);
+            }
+            return;
+        }
         self.s.lathe(foot, &[Vec2::new(r, -0.01), Vec2::new(r, height - 0.004), Vec2::new(0.7 * r, height)], around, |_, _| 1.0, WAX);
         if self.segments.of(9) > 3 {
             let dish = [(0.012, -0.03), (0.04, -0.012), (0.045, 0.006), (0.02, 0.012)].map(Vec2::from);
@@ -47,13 +60,14 @@ impl Candles<'_> {
     fn hoop(&mut self, center: Vec3, radius: f32, candles: u32, ceiling: f32) {
         let n = self.segments.of(48).max(12);
         let section = [(-0.012, -0.06), (0.006, -0.06), (0.014, -0.045), (0.006, -0.03), (0.006, 0.03), (0.014, 0.045), (0.006, 0.06), (-0.012, 0.06)];
+        let section = if self.segments.coarse() { vec![(-0.012, -0.06), (0.01, -0.06), (0.01, 0.06), (-0.012, 0.06)] } else { section.to_vec() };
         let ring = |i: u32| {
             let d = Vec2::from_angle(TAU * i as f32 / n as f32);
             section.iter().map(|&(r, y)| center + Vec3::new(d.x * (radius + r), y, d.y * (radius + r))).collect()
         };
         self.s.tube(&(0..n).map(ring).collect::<Vec<_>>(), true, BRASS);
         let knot = center + Vec3::Y * (radius * 1.3);
-        for i in 0..6 {
+        for i in (0..6).step_by(self.step()) {
             let d = Vec2::from_angle(TAU * (i as f32 + 0.25) / 6.0);
             self.rod(center + Vec3::new(d.x, 0.0, d.y) * radius, knot, 0.011);
             self.rod(center + Vec3::new(d.x, 0.0, d.y) * radius, center - Vec3::Y * 0.1, 0.011);
@@ -61,7 +75,7 @@ impl Candles<'_> {
         let drop: Vec<Vec2> = [(0.004, -0.34), (0.05, -0.22), (0.09, -0.10), (0.05, 0.0), (0.02, 0.06)].map(Vec2::from).into();
         self.s.lathe(center, &drop, self.segments.of(16), |_, _| 1.0, BRASS);
         self.rod(knot - Vec3::Y * 0.05, Vec3::new(center.x, ceiling, center.z), 0.016);
-        for i in 0..candles {
+        for i in (0..candles).step_by(self.step()) {
             let d = Vec2::from_angle(TAU * (i as f32 + 0.5) / candles as f32);
             self.candle(center + Vec3::new(d.x * radius, 0.08, d.y * radius), 0.20);
         }
@@ -90,10 +104,10 @@ impl Candles<'_> {
         let around = self.segments.of(14).max(4);
         self.s.lathe(foot, &stem, around, |_, _| 1.0, BRASS);
         self.candle(foot + Vec3::Y * (height + 0.01), 0.24);
-        for i in 0..arms {
+        for i in (0..arms).step_by(self.step()) {
             let d = Vec2::from_angle(TAU * (i as f32 + 0.3) / arms as f32);
             let out = Vec3::new(d.x, 0.0, d.y);
-            let n = self.segments.of(7).max(2);
+            let n = self.segments.of(7).max(if self.segments.coarse() { 1 } else { 2 });
             let mut last = foot + Vec3::Y * (1.15 * k);
             for j in 1..=n {
                 let a = 0.5 * std::f32::consts::PI * j as f32 / n as f32;
@@ -112,7 +126,7 @@ impl Candles<'_> {
         for step in 0..3 {
             let (y, z) = (0.75 + 0.16 * step as f32, foot.z - out * 0.17 * step as f32);
             block(self.s, Vec3::new(foot.x - 0.95, y - 0.04, z - 0.1), Vec3::new(foot.x + 0.95, y, z + 0.1), 0.01, WOOD);
-            for i in 0..11 {
+            for i in (0..11).step_by(self.step()) {
                 self.candle(
                     Vec3::new(foot.x + (i as f32 - 5.0) * 0.165 + 0.02 * (step as f32 - 1.0), y + 0.012, z),
                     0.07 + 0.05 * (((i * 7 + step * 5) % 4) as f32),

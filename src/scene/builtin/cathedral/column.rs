@@ -18,15 +18,21 @@ fn torus(profile: &mut Vec<Vec2>, n: u32, low: f32, tall: f32, r: f32, out: f32)
 
 /// A round shaft from `foot` to `top`, with base, annulets at `rings` (heights) and a leafed capital.
 pub(super) fn shaft(s: &mut Solids, foot: Vec3, top: f32, r: f32, rings: &[f32], material: u32, segments: &Segments) {
-    let around = segments.of((20.0 + 60.0 * r) as u32);
+    let around = segments.of((20.0 + 60.0 * r) as u32).max(4);
     let height = top - foot.y;
+    let capital = (3.6 * r).min(0.62);
+    if segments.coarse() {
+        let low = height - capital;
+        let plain = [(1.5, -0.02), (1.0, 1.1 * r), (1.0, low), (1.6, height - 0.02 * capital)];
+        s.lathe(foot, &plain.map(|(k, y)| Vec2::new(k * r, y)), around, |_, _| 1.0, material);
+        return;
+    }
     let mut base = vec![Vec2::new(1.5 * r, -0.02)];
     torus(&mut base, segments.of(6), 0.04 * r, 0.7 * r, 1.4 * r, 0.22 * r);
     torus(&mut base, segments.of(4), 0.80 * r, 0.25 * r, 1.3 * r, -0.13 * r);
     torus(&mut base, segments.of(5), 1.1 * r, 0.45 * r, 1.14 * r, 0.16 * r);
     base.push(Vec2::new(0.85 * r, 1.75 * r));
     s.lathe(foot, &base, around, |_, _| 1.0, RIB_TINTS[1]);
-    let capital = (3.6 * r).min(0.62);
     s.lathe(foot, &[Vec2::new(r, 1.5 * r), Vec2::new(r, height - 0.9 * capital)], around, |_, _| 1.0, material);
     for at in rings {
         let mut ring = vec![Vec2::new(0.8 * r, at - foot.y - 0.5 * r)];
@@ -58,6 +64,12 @@ pub(super) fn shaft(s: &mut Solids, foot: Vec3, top: f32, r: f32, rings: &[f32],
 
 /// A moulded polygonal slab: from height `low`, `tall`, inner radius `r`, wider by `out` at the top (or the foot, when `tall` is negative).
 fn slab(s: &mut Solids, foot: Vec3, low: f32, tall: f32, r: f32, out: f32, material: u32, segments: &Segments) {
+    if segments.coarse() {
+        let middle = low + 0.5 * tall;
+        let plain = [Vec2::new(r, low), Vec2::new(r + out, middle), Vec2::new(r + out, low + tall)];
+        s.lathe(foot, &plain, 8, |_, _| 1.0, material);
+        return;
+    }
     let n = segments.of(5);
     let mut profile = vec![Vec2::new(r, low)];
     profile.extend((0..=n).map(|i| {
@@ -97,7 +109,7 @@ pub(super) fn clustered(s: &mut Solids, foot: Vec3, top: f32, segments: &Segment
     let key = (foot.x * 10.0) as i64 * 31 + (foot.z * 10.0) as i64;
     s.tube_by(&rings, false, |k| TINTS[(chance(key, k as i64, 1) * TINTS.len() as f32) as usize]);
     let middle = 0.5 * (from + to);
-    for i in 0..8 {
+    for i in (0..8).step_by(if segments.coarse() { 2 } else { 1 }) {
         let a = i as f32 * FRAC_PI_4;
         let (r, out, material) = if i % 2 == 0 { (0.155, 0.56, MARBLE) } else { (0.105, 0.55, TINTS[2]) };
         let at = foot + Vec3::new(out * a.cos(), 0.575, out * a.sin());

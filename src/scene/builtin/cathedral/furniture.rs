@@ -45,6 +45,9 @@ pub(super) fn pews(s: &mut Solids, segments: &Segments) {
     let mut outline: Vec<Vec2> = [(-0.27, 0.0), (0.27, 0.0), (0.27, 0.50)].map(Vec2::from).into();
     outline.extend((0..=n).map(|i| Vec2::new(0.20, 0.58) + 0.07 * Vec2::from_angle(2.4 * i as f32 / n as f32)));
     outline.extend((0..=n).map(|i| Vec2::new(-0.18, 0.98) + Vec2::new(0.10, 0.12) * Vec2::from_angle(-0.3 + 3.2 * i as f32 / n as f32)));
+    let block = |s: &mut Solids, a: Vec3, b: Vec3, bevel: f32, material: u32| {
+        if segments.coarse() { s.cuboid(a, b, material) } else { block(s, a, b, bevel, material) }
+    };
     for row in 0..rows {
         let x = 7.6 + (row as f32) * 21.0 / rows as f32;
         for side in [-1.0, 1.0] {
@@ -54,15 +57,18 @@ pub(super) fn pews(s: &mut Solids, segments: &Segments) {
             block(s, a, b, 0.012, OAK);
             let (a, b) = at([-0.245, 0.50, low], [-0.20, 0.95, high]);
             block(s, a, b, 0.01, WOOD);
+            for z in [low - 0.02, high + 0.02] {
+                board(s, Vec3::new(x, 0.001, z), &outline, 0.035, if (row + u32::from(z > low)) % 3 == 0 { OAK } else { WOOD });
+            }
+            if segments.coarse() {
+                continue;
+            }
             let (a, b) = at([-0.265, 0.93, low], [-0.17, 0.985, high]);
             block(s, a, b, 0.015, OAK);
             let (a, b) = at([-0.19, 0.12, low], [-0.15, 0.44, high]);
             block(s, a, b, 0.01, WOOD);
             let (a, b) = at([-0.42, 0.70, low], [-0.235, 0.735, high]);
             block(s, a, b, 0.01, OAK);
-            for z in [low - 0.02, high + 0.02] {
-                board(s, Vec3::new(x, 0.001, z), &outline, 0.035, if (row + u32::from(z > low)) % 3 == 0 { OAK } else { WOOD });
-            }
         }
     }
 }

@@ -31,7 +31,7 @@ use crate::scene::Material;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CathedralParameters {
-    /// Multiplies the segments of round parts and the fineness of floor and masonry, 0.1–4.
+    /// Multiplies the segments of round parts and the fineness of floor and masonry, 0.1 (some 60 k triangles) to 3.2 (10 M).
     pub detail: f32,
     /// The candles burn.
     pub lit: bool,
@@ -109,8 +109,19 @@ struct Segments {
 }
 
 impl Segments {
+    /// So few that small parts are made plainly or left out.
+    fn coarse(&self) -> bool {
+        self.detail < 0.12
+    }
+
     fn of(&self, n: u32) -> u32 {
-        ((n as f32 * self.detail).round() as u32).max(if n > 10 { 4 } else { 1 })
+        ((n as f32 * self.detail).round() as u32).max(if n <= 10 {
+            1
+        } else if self.coarse() {
+            3
+        } else {
+            4
+        })
     }
 }
 
@@ -119,8 +130,8 @@ impl Segments {
 /// # Errors
 /// When `detail` is out of range.
 pub fn cathedral(p: &CathedralParameters) -> Result<Generated, String> {
-    if !(0.1..=4.0).contains(&p.detail) {
-        return Err(format!("detail is {} but must lie from 0.1 to 4", p.detail));
+    if !(0.1..=3.2).contains(&p.detail) {
+        return Err(format!("detail is {} but must lie from 0.1 to 3.2", p.detail));
     }
     let segments = Segments { detail: 0.6 * p.detail };
     let mut s = Solids::default();
@@ -194,11 +205,10 @@ mod tests {
     fn counts_grow_with_detail_and_repeat() {
         let count = |detail: f32| made(detail, true).mesh.triangles.len();
         let (coarse, half, one) = (count(0.1), count(0.5), count(1.0));
-        println!("{coarse} {half} {one}");
-        assert!((15_000..60_000).contains(&coarse), "{coarse}");
+        assert!((15_000..70_000).contains(&coarse), "{coarse}");
         assert!(half > 2 * coarse && one > 2 * half, "{coarse} {half} {one}");
         assert_eq!(made(0.3, true).mesh.positions, made(0.3, true).mesh.positions);
-        assert!(cathedral(&CathedralParameters { detail: 9.0, lit: false }).unwrap_err().contains("from 0.1 to 4"));
+        assert!(cathedral(&CathedralParameters { detail: 9.0, lit: false }).unwrap_err().contains("from 0.1 to 3.2"));
     }
 
     #[test]
@@ -213,41 +223,15 @@ mod tests {
         }
     }
 
-    #[test]
-    #[ignore = "diagnosis"]
-    fn diagnose() {
-        for detail in [0.1, 0.8, 1.0] {
-            let made = made(detail, true);
-            let mut seen = std::collections::HashSet::new();
-            let mut bins = std::collections::BTreeMap::new();
-            let mut bym = std::collections::BTreeMap::new();
-            let m = &made.mesh;
-            println!("== {detail} {}", m.triangles.len());
-            for (t, &mat) in m.triangles.iter().zip(&m.materials) {
-                *bym.entry(NAMES[mat as usize].0).or_insert(0) += 1;
-                let [a, b, c] = t.map(|i| m.positions[i as usize]);
-                let n = (b - a).as_dvec3().cross((c - a).as_dvec3());
-                let longest = (b - a).length().max((c - b).length()).max((a - c).length());
-                let kind = if n.length() <= 1e-12 * f64::from(longest).powi(2) { "zero" } else {
-                    let mut key = [a, b, c].map(|p| (p + Vec3::ZERO).to_array().map(f32::to_bits));
-                    key.sort_unstable();
-                    if seen.insert(key) { continue; }
-                    "dup"
-                };
-                let e = bins.entry((kind, NAMES[mat as usize].0)).or_insert((0, vec![]));
-                e.0 += 1;
-                if e.1.len() < 4 { e.1.push([a, b, c]); }
-            }
-            println!("{bym:?}");
-            for (k, v) in bins { println!("{k:?} {}", v.0); for t in v.1 { println!("   {t:?}"); } }
-        }
-    }
-
     struct Small<'a>(&'a crate::tessellate::Topology);
     impl std::fmt::Debug for Small<'_> {
         fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
             let open = self.0.closed_of_triangle.iter().filter(|c| !**c).count();
-            write!(f, "open {open} boundary {} nonmanifold {} inconsistent {} inside out {}", self.0.boundary_edges, self.0.nonmanifold_edges, self.0.inconsistent_edges, self.0.inside_out)
+            write!(
+                f,
+                "open {open} boundary {} nonmanifold {} inconsistent {} inside out {}",
+                self.0.boundary_edges, self.0.nonmanifold_edges, self.0.inconsistent_edges, self.0.inside_out
+            )
         }
     }
 }

@@ -101,9 +101,9 @@ pub(super) fn panel(s: &mut Solids, plane: &Plane, rectangle: [Vec2; 2], holes: 
     s.tube(&rings, true, material);
 }
 
-/// A roll: a circle of `n` points, at least four.
+/// A roll: a circle of `n` points, at least three.
 pub(super) fn roll(center: Vec2, radius: f32, n: u32) -> Vec<Vec2> {
-    super::arch::circle(center, radius, n.max(4))
+    super::arch::circle(center, radius, n.max(3))
 }
 
 /// A bevelled bar's section: half width, half depth, bevel.

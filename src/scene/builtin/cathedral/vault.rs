@@ -54,6 +54,9 @@ impl Vault {
             for z in [-1.0, 1.0] {
                 let across = Vec3::new(self.half.y * z, 0.0, self.half.x).normalize();
                 rib(s, &line(Vec2::new(1.0, -z), Vec2::new(-1.0, z), bay), across, &section(1.0), tint(key + z as i64));
+                if segments.coarse() {
+                    continue;
+                }
                 // Along the walls, a little inside.
                 let mut wall = line(Vec2::new(1.0, z), Vec2::new(-1.0, z), bay);
                 wall.iter_mut().for_each(|p| p.z -= z * 0.12);
@@ -124,6 +127,9 @@ impl Vault {
 
 /// A rib's section, (across, outwards): sunk into the web, hollow flanks, a filleted roll below.
 fn section(scale: f32, n: u32) -> Vec<Vec2> {
+    if n < 2 {
+        return [(0.95, 0.6), (0.5, -1.7), (-0.5, -1.7), (-0.95, 0.6)].map(|p| Vec2::from(p) * scale).into();
+    }
     let mut right: Vec<Vec2> = [(0.95, 0.6), (0.95, -0.25), (0.80, -0.42), (0.58, -0.55), (0.47, -0.78)].map(Vec2::from).into();
     right.extend((0..=n).map(|i| {
         let a = 0.15 * PI - 0.62 * PI * i as f32 / n as f32;

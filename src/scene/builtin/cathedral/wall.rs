@@ -54,6 +54,9 @@ pub(super) fn arcade(s: &mut Solids, side: f32, segments: &Segments) {
             let m = segments.of(10);
             moulding(s, &plane, &ARCH.curve(foot, n, 0.10), &roll(Vec2::new(0.0, face * 0.26), 0.075, m), false, voussoirs(key + 1.0));
             moulding(s, &plane, &ARCH.curve(foot, n, 0.25), &roll(Vec2::new(0.0, face * (HALF_WALL - 0.02)), 0.07, m), false, voussoirs(key + 2.0));
+            if segments.coarse() {
+                continue;
+            }
             // A label over the arch.
             let label: Vec<Vec2> = [(-0.05, -0.04), (0.06, -0.04), (0.08, 0.02), (0.08, 0.07), (0.03, 0.08), (-0.01, 0.05), (-0.05, 0.02)]
                 .map(|(r, d): (f32, f32)| Vec2::new(r, face * (HALF_WALL + d)))
@@ -92,7 +95,8 @@ pub(super) fn triforium(s: &mut Solids, side: f32, segments: &Segments) {
         for k in -1..=2 {
             let at = x + (k as f32 - 0.5) * 1.42;
             let off = at.clamp(x - 2.06, x + 2.06);
-            for depth in [front - 0.12, back + 0.02] {
+            let depths = [front - 0.12, back + 0.02];
+            for &depth in if segments.coarse() { &depths[..1] } else { &depths } {
                 column::shaft(s, plane.at(Vec2::new(off, low - 0.02), depth), spring + 0.01, 0.065, &[], TINTS[(k + 1) as usize % 4], segments);
             }
         }
