@@ -1,6 +1,6 @@
 //! Candles on hanging hoops, standing candelabra, the altar and votive racks: bodies always, flames when lit.
 //!
-//! A flame is a small closed lens that emits; about 2 W/sr each at the radiance of its material.
+//! A flame is a small closed lens that emits.
 
 use std::f32::consts::TAU;
 
@@ -30,7 +30,7 @@ impl Candles<'_> {
         if self.segments.coarse() {
             self.s.lathe(foot, &[Vec2::new(r, -0.01), Vec2::new(0.8 * r, height)], 3, |_, _| 1.0, WAX);
             if self.lit {
-                let flame = [(0.020, 0.01), (0.013, 0.08)].map(Vec2::from);
+                let flame = [(0.032, 0.022), (0.020, 0.12)].map(Vec2::from);
                 self.s.lathe(foot + Vec3::Y * height, &flame, 3, |_, _| 1.0, FLAME);
             }
             return;
@@ -41,7 +41,7 @@ impl Candles<'_> {
             self.s.lathe(foot, &dish, around, |_, _| 1.0, BRASS);
         }
         if self.lit {
-            let flame = [(0.003, 0.012), (0.014, 0.03), (0.010, 0.05), (0.001, 0.08)].map(Vec2::from);
+            let flame = [(0.004, 0.022), (0.022, 0.05), (0.016, 0.08), (0.002, 0.125)].map(Vec2::from);
             self.s.lathe(foot + Vec3::Y * height, &flame, around.min(8), |_, _| 1.0, FLAME);
         }
     }

@@ -90,7 +90,7 @@ pub(super) fn clustered(s: &mut Solids, foot: Vec3, top: f32, segments: &Segment
     slab(s, foot, 0.42, -0.45, 0.88, 0.12, TINTS[1], segments);
     slab(s, foot, 0.60, -0.22, 0.80, 0.07, TINTS[3], segments);
     let rise = top - 0.22;
-    // Drums, the core as eight shallow lobes.
+    // Drums (none of `STONE`, of which the masonry would cut some and not their neighbours), the core as eight shallow lobes.
     let drums = segments.of(9).min(16);
     let around = segments.of(64).max(8);
     let (from, to) = (foot.y + 0.5, foot.y + rise - 0.4);
@@ -107,7 +107,7 @@ pub(super) fn clustered(s: &mut Solids, foot: Vec3, top: f32, segments: &Segment
         })
         .collect();
     let key = (foot.x * 10.0) as i64 * 31 + (foot.z * 10.0) as i64;
-    s.tube_by(&rings, false, |k| TINTS[(chance(key, k as i64, 1) * TINTS.len() as f32) as usize]);
+    s.tube_by(&rings, false, |k| TINTS[1 + (chance(key, k as i64, 1) * (TINTS.len() - 1) as f32) as usize]);
     let middle = 0.5 * (from + to);
     for i in (0..8).step_by(if segments.coarse() { 2 } else { 1 }) {
         let a = i as f32 * FRAC_PI_4;

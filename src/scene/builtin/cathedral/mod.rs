@@ -86,7 +86,7 @@ const BRASS: u32 = 20;
 const WAX: u32 = 21;
 const FLAME: u32 = 22;
 /// Radiance of a burning flame.
-const FLAME_RADIANCE: [f32; 3] = [2600.0, 1450.0, 560.0];
+const FLAME_RADIANCE: [f32; 3] = [120.0, 67.0, 26.0];
 
 const BAYS: u32 = 7;
 const BAY: f32 = 5.0;
