@@ -162,7 +162,7 @@ fn broken_scene_files() {
         ),
         (
             "[[mesh]]\nbuiltin = \"castle\"\n".into(),
-            "s.toml:1: there is no builtin \"castle\"; there are: atrium, foliage, fur, hairball, interior, slats, study, subdivision",
+            "s.toml:1: there is no builtin \"castle\"; there are: atrium, cathedral, foliage, fur, hairball, interior, slats, study, subdivision",
         ),
         ("[[mesh]]\nbuiltin = \"interior\"\nparameters = { detial = 2 }\n".into(), "s.toml:1: parameters: unknown field `detial`, expected `detail`"),
         ("[[mesh]]\nbuiltin = \"interior\"\nparameters = { detail = 1000 }\n".into(), "s.toml:1: detail is 1000 but must lie from 0.25 to 8"),

@@ -1,6 +1,7 @@
 //! Scenes made by code: parametric, deterministic, with their materials; asked for by `[[mesh]] builtin = "…"` in a scene file.
 
 mod atrium;
+mod cathedral;
 mod cloth;
 mod foliage;
 mod fur;
@@ -12,6 +13,7 @@ mod study;
 mod subdivision;
 
 pub use atrium::{AtriumParameters, atrium};
+pub use cathedral::{CathedralParameters, cathedral};
 pub use foliage::{FoliageParameters, foliage};
 pub use fur::{FurParameters, fur};
 pub use hairball::{HairballParameters, hairball};
@@ -45,6 +47,7 @@ pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, Strin
     }
     let mut made = match name {
         "atrium" => atrium(&read(parameters)?)?,
+        "cathedral" => cathedral(&read(parameters)?)?,
         "foliage" => foliage(&read(parameters)?)?,
         "fur" => fur(&read(parameters)?)?,
         "hairball" => hairball(&read(parameters)?)?,
@@ -52,7 +55,7 @@ pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, Strin
         "slats" => slats(&read(parameters)?)?,
         "study" => study(&read(parameters)?)?,
         "subdivision" => subdivision(&read(parameters)?)?,
-        _ => return Err(format!("there is no builtin \"{name}\"; there are: atrium, foliage, fur, hairball, interior, slats, study, subdivision")),
+        _ => return Err(format!("there is no builtin \"{name}\"; there are: atrium, cathedral, foliage, fur, hairball, interior, slats, study, subdivision")),
     };
     made.mesh.name = name.into();
     made.cages.iter_mut().for_each(|c| c.name = name.into());
@@ -68,7 +71,7 @@ mod tests {
 
     #[test]
     fn all_parts_are_closed_and_outward() {
-        for name in ["atrium", "foliage", "hairball", "interior", "slats", "study"] {
+        for name in ["atrium", "cathedral", "foliage", "hairball", "interior", "slats", "study"] {
             let made = generate(name, &toml::Table::new()).unwrap();
             let count = made.mesh.triangles.len();
             assert!(name != "interior" || (50_000..200_000).contains(&count), "{count}");

@@ -32,14 +32,20 @@ impl Solids {
 
     /// A tube through rings of equally many points: `rings[k][i]` to `rings[k + 1][i]`; `closed` joins the last ring to the first, else flat fans close both ends.
     pub fn tube(&mut self, rings: &[Vec<Vec3>], closed: bool, material: u32) {
+        self.tube_by(rings, closed, |_| material);
+    }
+
+    /// [`Self::tube`] with `material(k)` between ring k and the next; the ends take their neighbour's.
+    pub fn tube_by(&mut self, rings: &[Vec<Vec3>], closed: bool, material: impl Fn(usize) -> u32) {
         let (n, m) = (rings[0].len() as u32, rings.len() as u32);
         let mut positions: Vec<Vec3> = rings.iter().flatten().copied().collect();
-        let mut triangles = Vec::new();
+        let (mut triangles, mut materials) = (Vec::new(), Vec::new());
         for k in 0..(if closed { m } else { m - 1 }) {
             for i in 0..n {
                 let (a, b) = (k * n + i, k * n + (i + 1) % n);
                 let (c, d) = ((k + 1) % m * n + i, (k + 1) % m * n + (i + 1) % n);
                 triangles.extend([[a, b, d], [a, d, c]]);
+                materials.extend([material(k as usize); 2]);
             }
         }
         if !closed {
@@ -49,11 +55,11 @@ impl Solids {
                 for i in 0..n {
                     let (a, b) = (start + i, start + (i + 1) % n);
                     triangles.push(if first { [center, b, a] } else { [center, a, b] });
+                    materials.push(material(if first { 0 } else { m as usize - 2 }));
                 }
             }
         }
-        let count = triangles.len();
-        self.solid(&positions, triangles, &vec![material; count]);
+        self.solid(&positions, triangles, &materials);
     }
 
     /// An axis-aligned box.
