@@ -83,15 +83,14 @@ pub(super) fn lay(mesh: &mut Mesh, pitch: impl Fn(u32) -> Option<[f32; 2]>, tint
             mesh.materials.push(material);
             continue;
         };
-        let steps = [joint, course, joint];
         let mut pieces = vec![triangle];
-        for axis in 0..3 {
+        for (axis, step) in [joint, course, joint].into_iter().enumerate() {
             let ends = triangle.map(|i| cutter.positions[i as usize][axis]);
             let (low, high) = (ends.iter().copied().fold(f32::INFINITY, f32::min), ends.iter().copied().fold(f32::NEG_INFINITY, f32::max));
             let mut done = Vec::new();
-            for k in (low / steps[axis]).floor() as i32..=(high / steps[axis]).ceil() as i32 {
+            for k in (low / step).floor() as i32..=(high / step).ceil() as i32 {
                 let mut above = Vec::new();
-                pieces.drain(..).for_each(|t| cutter.cut(t, axis, k as f32 * steps[axis], &mut done, &mut above));
+                pieces.drain(..).for_each(|t| cutter.cut(t, axis, k as f32 * step, &mut done, &mut above));
                 pieces = above;
             }
             done.append(&mut pieces);
