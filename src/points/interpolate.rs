@@ -70,6 +70,9 @@ struct Place {
     value: Gathered,
 }
 
+/// Values of receivers, and the receivers that are left.
+type Given = (Vec<(u32, Gathered)>, Vec<u32>);
+
 /// Receivers without a value in a block.
 #[derive(Clone, Debug, Default)]
 struct Block {
@@ -98,7 +101,7 @@ pub fn gather_some(tree: &Hierarchy, settings: &PointsSettings, receivers: Recei
             Place { receiver, x: pixel % receivers.width, y: pixel / receivers.width, value }
         }));
         let index = Index::new(&places, side, receivers);
-        let found: Vec<(Vec<(u32, Gathered)>, Vec<u32>)> = run.install(|| {
+        let found: Vec<Given> = run.install(|| {
             blocks.par_iter().with_min_len(8).map_with(Vec::new(), |near, block| interpolate(block, &index, receivers, settings, tree.is_lit(), near)).collect()
         });
         for &(i, value) in found.iter().flat_map(|f| &f.0) {
@@ -203,14 +206,7 @@ impl<'a> Index<'a> {
 }
 
 /// Values of a block's receivers, and those that are left.
-fn interpolate(
-    block: &Block,
-    index: &Index<'_>,
-    receivers: Receivers<'_>,
-    settings: &PointsSettings,
-    lit: bool,
-    near: &mut Vec<u32>,
-) -> (Vec<(u32, Gathered)>, Vec<u32>) {
+fn interpolate(block: &Block, index: &Index<'_>, receivers: Receivers<'_>, settings: &PointsSettings, lit: bool, near: &mut Vec<u32>) -> Given {
     let (mut found, mut rest) = (Vec::new(), Vec::new());
     rest.clone_from(&block.rest);
     for ring in 1..=2 {
