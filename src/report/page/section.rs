@@ -60,7 +60,7 @@ pub(super) struct Ratio {
 }
 
 /// Above this relMSE of its own a reference's noise in the denominator of relMSE spoils the figures.
-const NOISY: f64 = 0.1;
+const NOISY: f64 = 0.01;
 
 const FACTS: [&str; 8] = ["clusters", "records", "rays_per_cluster", "alpha", "triangles", "cells", "peak_rss_bytes", "threads"];
 
