@@ -78,17 +78,26 @@ pub fn exposure_of(pixels: &[Rgb]) -> f32 {
 /// # Errors
 /// [`Error::Image`] when the film has no beauty or another size.
 pub fn compare(image: &Film, path: &Path, reference: &Reference) -> Result<Comparison> {
+    Ok(compare_with_flip(image, path, reference)?.0)
+}
+
+/// As [`compare`], with FLIP per pixel.
+///
+/// # Errors
+/// As [`compare`].
+pub fn compare_with_flip(image: &Film, path: &Path, reference: &Reference) -> Result<(Comparison, Vec<f32>)> {
     same_size(image, reference.width, reference.height, path)?;
     let pixels = beauty(image, path)?;
     let exposure = exposure_of(&reference.mean);
     let shown = |p: &[Rgb]| p.iter().map(|&c| if c.is_finite() { c * exposure.exp2() } else { Rgb::ZERO }).collect::<Vec<_>>();
     let map = flip(&shown(&pixels), &shown(&reference.mean), reference.width as usize, reference.height as usize);
-    Ok(Comparison {
+    let found = Comparison {
         errors: errors(&pixels, &reference.mean, reference.halves.as_ref()),
         flip: map.iter().map(|&v| f64::from(v)).sum::<f64>() / map.len().max(1) as f64,
         exposure,
         halves: reference.halves.is_some(),
-    })
+    };
+    Ok((found, map))
 }
 
 /// |image − reference| · `amplify`, linear; NaN where either is.

@@ -17,6 +17,6 @@ pub mod page;
 pub mod streams;
 pub mod viewer;
 
-pub use compare::{Comparison, Reference, compare, difference, exposure_of, read_reference};
+pub use compare::{Comparison, Reference, compare, compare_with_flip, difference, exposure_of, read_reference};
 pub use flip::flip;
 pub use metrics::{Errors, Halves, errors};

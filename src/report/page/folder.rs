@@ -6,8 +6,6 @@ use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::film::{Film, read_exr};
-use crate::report::Reference;
-use crate::report::read_reference;
 use crate::run::Run;
 
 /// One picture with what is known of its making.
@@ -102,12 +100,4 @@ pub(super) fn find_reference(pictures: &[Picture], asked: Option<&str>) -> Optio
         Some(name) => named(name),
         None => named("truth").or_else(|| named("reference")).or_else(|| pictures.iter().position(Picture::has_halves)).or_else(path_traced),
     }
-}
-
-/// The reference with its halves.
-///
-/// # Errors
-/// As [`read_reference`].
-pub(super) fn reference_of(picture: &Picture) -> Result<Reference> {
-    read_reference(&picture.path)
 }

@@ -4,11 +4,11 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::encode;
-use super::folder::{Picture, find_reference, reference_of};
+use super::folder::{Picture, find_reference};
 use super::manifest::{SectionPlan, Sweep, Toggle};
 use crate::error::Result;
 use crate::radiometry::Rgb;
-use crate::report::{Comparison, Reference, compare, exposure_of, flip};
+use crate::report::{Comparison, Reference, compare_with_flip, errors, exposure_of, read_reference};
 use crate::run::{Phase, Run};
 
 /// What the script gets of a section.
@@ -32,7 +32,7 @@ pub(super) struct Section {
 }
 
 /// One picture.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(super) struct Shown {
     pub name: String,
     /// Half floats, see `encode`.
@@ -66,15 +66,12 @@ const FACTS: [&str; 8] = ["clusters", "records", "rays_per_cluster", "alpha", "t
 
 fn shown(picture: &Picture, pixels: &[Rgb], reference: Option<&Reference>) -> Result<Shown> {
     let film = &picture.film;
-    let error = reference.map(|r| compare(film, &picture.path, r)).transpose()?;
-    let flip = reference.zip(error.as_ref()).map(|(r, e)| {
-        let lit = |p: &[Rgb]| p.iter().map(|&c| if c.is_finite() { c * e.exposure.exp2() } else { Rgb::ZERO }).collect::<Vec<_>>();
-        encode::map(&flip(&lit(pixels), &lit(&r.mean), film.width as usize, film.height as usize), film.width, film.height)
-    });
+    let judged = reference.map(|r| compare_with_flip(film, &picture.path, r)).transpose()?;
+    let (error, flip) = judged.unzip();
     Ok(Shown {
         name: picture.name.clone(),
         colors: encode::colors(pixels, film.width, film.height)?,
-        flip: flip.transpose()?,
+        flip: flip.map(|f| encode::map(&f, film.width, film.height)).transpose()?,
         locations: film.channels.get("location").map(|l| encode::map(l, film.width, film.height)).transpose()?,
         method: picture.method().map(str::to_owned),
         error,
@@ -88,10 +85,10 @@ fn shown(picture: &Picture, pixels: &[Rgb], reference: Option<&Reference>) -> Re
 fn own_noise(reference: &Reference) -> Option<f64> {
     let halves = reference.halves.as_ref()?;
     let half_difference: Vec<Rgb> = halves.0.iter().zip(&halves.1).zip(&reference.mean).map(|((a, b), m)| *m + (*a - *b) * 0.5).collect();
-    Some(crate::report::errors(&half_difference, &reference.mean, None).relmse_trimmed)
+    Some(errors(&half_difference, &reference.mean, None).relmse_trimmed)
 }
 
-fn ratio(names: Option<&[String; 2]>, pictures: &[Picture], made: &[Shown], reference: Option<(&Picture, &Reference)>) -> Option<Ratio> {
+fn ratio(names: Option<&[String; 2]>, pictures: &[Picture], made: &[Shown], truth: Option<(&Picture, f64)>) -> Option<Ratio> {
     let by_method = |method: &str| pictures.iter().find(|p| p.method() == Some(method)).map(|p| p.name.clone());
     let [cache, ours] = match names {
         Some(names) => names.clone(),
@@ -100,9 +97,8 @@ fn ratio(names: Option<&[String; 2]>, pictures: &[Picture], made: &[Shown], refe
     let of = |name: &str| made.iter().find(|s| s.name == name);
     let (theirs, own) = (of(&cache)?, of(&ours)?);
     let own_seconds = own.cpu_seconds.filter(|s| *s > 0.0)?;
-    let monte_carlo = reference.and_then(|(picture, reference)| {
+    let monte_carlo = truth.filter(|(_, noise)| *noise <= NOISY).and_then(|(picture, noise)| {
         let error = own.error.as_ref()?.errors.relmse_trimmed;
-        let noise = own_noise(reference).filter(|n| *n <= NOISY)?;
         Some(picture.cpu_seconds()? * noise / error / own_seconds).filter(|v| v.is_finite() && *v > 0.0)
     });
     Some(Ratio { cache_over_ours: theirs.cpu_seconds.map(|s| s / own_seconds), monte_carlo_over_ours: monte_carlo, cache, ours })
@@ -114,7 +110,7 @@ fn ratio(names: Option<&[String; 2]>, pictures: &[Picture], made: &[Shown], refe
 /// Images that cannot be compared, Ctrl-C.
 pub(super) fn section(id: String, plan: &SectionPlan, pictures: &[Picture], run: &Run, phase: &Phase<'_>) -> Result<Section> {
     let found = find_reference(pictures, plan.reference.as_deref());
-    let reference = found.map(|i| reference_of(&pictures[i])).transpose()?;
+    let reference = found.map(|i| read_reference(&pictures[i].path)).transpose()?;
     let (width, height) = (pictures[0].film.width, pictures[0].film.height);
     let mut made = Vec::new();
     for (i, picture) in pictures.iter().enumerate() {
@@ -124,16 +120,9 @@ pub(super) fn section(id: String, plan: &SectionPlan, pictures: &[Picture], run:
         if plan.layers.contains(&picture.name) {
             for layer in ["far", "near"] {
                 match picture.film.rgb(layer) {
-                    Some(values) => made.push(Shown {
-                        error: None,
-                        flip: None,
-                        locations: None,
-                        cpu_seconds: None,
-                        wall_seconds: None,
-                        facts: Vec::new(),
-                        name: format!("{} · {layer}", picture.name),
-                        ..shown(picture, &values, None)?
-                    }),
+                    Some(values) => {
+                        made.push(Shown { name: format!("{} · {layer}", picture.name), colors: encode::colors(&values, width, height)?, ..Shown::default() })
+                    }
                     None => run.warn(format!("{}: no layer {layer}; render with --aov {layer}", picture.path.display())),
                 }
             }
@@ -153,7 +142,7 @@ pub(super) fn section(id: String, plan: &SectionPlan, pictures: &[Picture], run:
         title: plan.title.clone().unwrap_or_else(|| if plan.folder == "." { "Pictures".into() } else { plan.folder.clone() }),
         text: plan.text.clone(),
         pair: plan.pair.clone().unwrap_or_else(|| [name(ours), name(found.unwrap_or(last))]),
-        ratio: ratio(plan.ratio.as_ref(), pictures, &made, found.map(|i| &pictures[i]).zip(reference.as_ref())),
+        ratio: ratio(plan.ratio.as_ref(), pictures, &made, found.map(|i| &pictures[i]).zip(noise)),
         reference_noise: noise,
         noisy: noise.is_some_and(|n| n > NOISY),
         reference: found.map(name),
