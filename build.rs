@@ -1,7 +1,9 @@
-//! Finds Embree, compiles `ffi/embree_shim.c` against its headers, binds `ffi/embree_shim.h` and tells the linker where the library is.
+//! Finds Embree, compiles `ffi/embree_shim.c` against its headers, binds `ffi/embree_shim.h` and
+//! tells the linker where the library is.
 //!
-//! Embree is looked for in `EMBREE_DIR`, then in `.embree/` (made by `./setup` on systems without a package), then where the system has it.
-//! Without the feature `embree`, and on docs.rs, nothing is done.
+//! Embree is looked for in `EMBREE_DIR`, then in `.embree/` (made by `./setup` on systems without a
+//! package), then where the system has it. Without the feature `embree`, and on docs.rs, nothing is
+//! done.
 
 #[cfg(feature = "embree")]
 mod embree {
@@ -22,10 +24,15 @@ mod embree {
         };
         if let Some(dir) = env::var_os("EMBREE_DIR").filter(|d| !d.is_empty()) {
             let found = prefix(PathBuf::from(&dir));
-            assert!(found.lib.is_some(), "EMBREE_DIR={} has no lib/libembree4.so: correct or unset it", dir.to_string_lossy());
+            assert!(
+                found.lib.is_some(),
+                "EMBREE_DIR={} has no lib/libembree4.so: correct or unset it",
+                dir.to_string_lossy()
+            );
             return found;
         }
-        let private = Path::new(&env::var("CARGO_MANIFEST_DIR").expect("set by cargo")).join(".embree");
+        let private =
+            Path::new(&env::var("CARGO_MANIFEST_DIR").expect("set by cargo")).join(".embree");
         println!("cargo:rerun-if-changed={}", private.display());
         if private.join("include/embree4").exists() {
             return prefix(private);
@@ -39,7 +46,9 @@ mod embree {
     }
 
     fn has_library(dir: &Path) -> bool {
-        ["libembree4.so", "libembree4.so.4", "libembree4.dylib"].iter().any(|f| dir.join(f).exists())
+        ["libembree4.so", "libembree4.so.4", "libembree4.dylib"]
+            .iter()
+            .any(|f| dir.join(f).exists())
     }
 
     /// Panics with the fix when the headers are missing or older than 4.3.
@@ -54,7 +63,13 @@ mod embree {
             line.and_then(|l| l.split_whitespace().nth(2)?.parse().ok()).unwrap_or(0u32)
         };
         let version = (number("RTC_VERSION_MAJOR"), number("RTC_VERSION_MINOR"));
-        assert!(version.0 == 4 && version.1 >= 3, "{}: Embree {}.{}, but 4.3 or later is needed", config.display(), version.0, version.1);
+        assert!(
+            version.0 == 4 && version.1 >= 3,
+            "{}: Embree {}.{}, but 4.3 or later is needed",
+            config.display(),
+            version.0,
+            version.1
+        );
     }
 
     pub fn build() {
@@ -62,7 +77,14 @@ mod embree {
         let include = embree.include.unwrap_or_else(|| "/usr/include".into());
         check_headers(&include);
         println!("cargo:rerun-if-changed=ffi");
-        cc::Build::new().file("ffi/embree_shim.c").include(&include).std("c11").opt_level(3).warnings(true).extra_warnings(true).compile("nearfar_embree_shim");
+        cc::Build::new()
+            .file("ffi/embree_shim.c")
+            .include(&include)
+            .std("c11")
+            .opt_level(3)
+            .warnings(true)
+            .extra_warnings(true)
+            .compile("nearfar_embree_shim");
         let out = PathBuf::from(env::var_os("OUT_DIR").expect("set by cargo"));
         bindgen::Builder::default()
             .header("ffi/embree_shim.h")
@@ -76,10 +98,13 @@ mod embree {
             .expect("OUT_DIR can be written");
         let lib = embree.lib.map(|l| fs::canonicalize(&l).unwrap_or(l));
         if let Some(lib) = &lib {
-            // Cargo adds folders under its own output to the library path of what it runs (documentation tests have no rpath).
+            // Cargo adds folders under its own output to the library path of what it runs
+            // (documentation tests have no rpath).
             for entry in fs::read_dir(lib).into_iter().flatten().flatten() {
                 let name = entry.file_name();
-                if name.to_string_lossy().starts_with("libembree4") || name.to_string_lossy().starts_with("libtbb") {
+                if name.to_string_lossy().starts_with("libembree4")
+                    || name.to_string_lossy().starts_with("libtbb")
+                {
                     let link = out.join(&name);
                     let _ = fs::remove_file(&link);
                     #[cfg(unix)]

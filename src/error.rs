@@ -1,7 +1,8 @@
 //! What can go wrong, said so that a user can mend it: file, line, and the fix.
 //!
-//! One enum for the whole library. Messages are lower-case without a trailing dot; user data stands in quotes.
-//! The library never prints or exits: the binary maps a kind to its exit code by [`Error::exit_code`].
+//! One enum for the whole library. Messages are lower-case without a trailing dot; user data stands
+//! in quotes. The library never prints or exits: the binary maps a kind to its exit code by
+//! [`Error::exit_code`].
 
 use std::path::PathBuf;
 
@@ -69,7 +70,11 @@ fn at(file: &std::path::Path, line: Option<usize>) -> String {
 
 impl Error {
     /// An [`Error::Input`] at `file` and optional 1-based `line`.
-    pub fn input(file: impl Into<PathBuf>, line: impl Into<Option<usize>>, message: impl Into<String>) -> Self {
+    pub fn input(
+        file: impl Into<PathBuf>,
+        line: impl Into<Option<usize>>,
+        message: impl Into<String>,
+    ) -> Self {
         Self::Input { file: file.into(), line: line.into(), message: message.into() }
     }
 
@@ -82,7 +87,11 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::OverBound(_) => 1,
-            Self::Input { .. } | Self::Setting { .. } | Self::Usage(_) | Self::Image { .. } | Self::Io { .. } => 2,
+            Self::Input { .. }
+            | Self::Setting { .. }
+            | Self::Usage(_)
+            | Self::Image { .. }
+            | Self::Io { .. } => 2,
             Self::Accel(_) | Self::Render(_) => 3,
             Self::Interrupted => 130,
         }

@@ -1,6 +1,7 @@
 //! nearfar: diffuse global illumination by irradiance decomposition.
 //!
-//! The line that data walks, one room a step; every arrow is a free function from borrowed inputs to one owned output:
+//! The line that data walks, one room a step; every arrow is a free function from borrowed inputs
+//! to one owned output:
 //!
 //! ```text
 //! files → Scene → Geometry → RayQuery → PhotonMap → Cells → ShadingPoints → Clusters → Film → files
@@ -28,22 +29,32 @@
 //! Imports go from higher rank to lower; `tests/architecture.rs` checks it.
 //!
 //! # References
-//! * `[Course07]` Arikan: irradiance decomposition, SIGGRAPH 2007 course. `[AFO05]` Arikan, Forsyth, O'Brien,
-//!   "Fast and detailed approximate global illumination by irradiance decomposition", SIGGRAPH 2005.
-//! * `[Lambert60]` Lambert's polygon form factor; `[Arvo95]` Arvo, "Applications of irradiance tensors".
+//! * `[Course07]` Arikan: irradiance decomposition, SIGGRAPH 2007 course. `[AFO05]` Arikan,
+//!   Forsyth, O'Brien, "Fast and detailed approximate global illumination by irradiance
+//!   decomposition", SIGGRAPH 2005.
+//! * `[Lambert60]` Lambert's polygon form factor; `[Arvo95]` Arvo, "Applications of irradiance
+//!   tensors".
 //! * `[RH01]` Ramamoorthi, Hanrahan, "An efficient representation for irradiance environment maps".
-//! * `[Ward88]` Ward, Rubinstein, Clear, "A ray tracing solution for diffuse interreflection". `[Ward92]` Ward, Heckbert, "Irradiance gradients".
-//!   `[Tabellion04]` Tabellion, Lamorlette, "An approximate global illumination system for computer generated films". `[Krivanek06]` Křivánek
-//!   et al., "Making radiance and irradiance caching practical". `[Schwarzhaupt12]` Schwarzhaupt, Jensen, Jarosz, "Practical Hessian-based error
-//!   control for irradiance caching".
-//! * `[Jensen96]` Jensen, "Global illumination using photon maps". `[Veach97]` Veach, PhD thesis (MIS, §9.2).
-//! * `[CC78]` Catmull, Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes". `[DKT98]` DeRose, Kass, Truong,
-//!   "Subdivision surfaces in character animation". `[HKD93]` Halstead, Kass, DeRose, "Efficient, fair interpolation using Catmull-Clark
+//! * `[Ward88]` Ward, Rubinstein, Clear, "A ray tracing solution for diffuse interreflection".
+//!   `[Ward92]` Ward, Heckbert, "Irradiance gradients". `[Tabellion04]` Tabellion, Lamorlette, "An
+//!   approximate global illumination system for computer generated films". `[Krivanek06]` Křivánek
+//!   et al., "Making radiance and irradiance caching practical". `[Schwarzhaupt12]` Schwarzhaupt,
+//!   Jensen, Jarosz, "Practical Hessian-based error control for irradiance caching".
+//! * `[Jensen96]` Jensen, "Global illumination using photon maps". `[Veach97]` Veach, PhD thesis
+//!   (MIS, §9.2).
+//! * `[CC78]` Catmull, Clark, "Recursively generated B-spline surfaces on arbitrary topological
+//!   meshes". `[DKT98]` DeRose, Kass, Truong, "Subdivision surfaces in character animation".
+//!   `[HKD93]` Halstead, Kass, DeRose, "Efficient, fair interpolation using Catmull-Clark
 //!   surfaces". `[WJZL08]` Wang, Jüttler, Zheng, Liu, "Computation of rotation minimizing frames".
-//! * `[Bunnell05]` Bunnell, "Dynamic ambient occlusion and indirect lighting", GPU Gems 2. `[Christensen08]` Christensen, "Point-based
-//!   approximate color bleeding", Pixar technical memo 08-01.
-//! * `[Burley20]` Burley, "Practical hash-based Owen scrambling". `[Duff17]` Duff et al., "Building an orthonormal basis, revisited".
-#![cfg_attr(test, allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise"))]
+//! * `[Bunnell05]` Bunnell, "Dynamic ambient occlusion and indirect lighting", GPU Gems 2.
+//!   `[Christensen08]` Christensen, "Point-based approximate color bleeding", Pixar technical memo
+//!   08-01.
+//! * `[Burley20]` Burley, "Practical hash-based Owen scrambling". `[Duff17]` Duff et al., "Building
+//!   an orthonormal basis, revisited".
+#![cfg_attr(
+    test,
+    allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise")
+)]
 
 pub mod accel;
 pub mod cli;

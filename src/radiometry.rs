@@ -1,7 +1,8 @@
 //! RGB quantities and the sRGB curve. Linear BT.709 throughout.
 //!
 //! Units: radiance W·sr⁻¹·m⁻², irradiance and radiosity W·m⁻², flux W, each per channel.
-//! `radiosity = albedo · irradiance`, `radiance = radiosity / π` for the diffuse surfaces of this renderer.
+//! `radiosity = albedo · irradiance`, `radiance = radiosity / π` for the diffuse surfaces of this
+//! renderer.
 
 use glam::Vec3;
 

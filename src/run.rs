@@ -1,7 +1,9 @@
-//! How a render runs, apart from what it computes: threads, progress, cancelling, deadline, warnings, ray counts.
+//! How a render runs, apart from what it computes: threads, progress, cancelling, deadline,
+//! warnings, ray counts.
 //!
-//! A [`Run`] is the one handle that passes take. The library side is silent: what is shown is up to the [`Reporter`].
-//! Guarantee: nothing here influences a pixel, except that a cancelled or timed-out progressive render stops early.
+//! A [`Run`] is the one handle that passes take. The library side is silent: what is shown is up to
+//! the [`Reporter`]. Guarantee: nothing here influences a pixel, except that a cancelled or
+//! timed-out progressive render stops early.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -77,7 +79,10 @@ impl Run {
     /// # Errors
     /// When the system cannot start the threads.
     pub fn new(threads: usize) -> Result<Self> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| Error::Render(format!("cannot start {threads} threads: {e}")))?;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| Error::Render(format!("cannot start {threads} threads: {e}")))?;
         Ok(Self {
             pool,
             cancel: Arc::default(),

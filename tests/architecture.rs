@@ -55,10 +55,14 @@ fn sources(folder: &str) -> Vec<(String, String)> {
 
 /// Lines with their numbers, without comments, up to the unit tests at the end of the file.
 fn code(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    text.lines().enumerate().take_while(|(_, line)| *line != "#[cfg(test)]").map(|(i, line)| (i + 1, line.split("//").next().unwrap_or_default()))
+    text.lines()
+        .enumerate()
+        .take_while(|(_, line)| *line != "#[cfg(test)]")
+        .map(|(i, line)| (i + 1, line.split("//").next().unwrap_or_default()))
 }
 
-/// The room of a file: `src/accel/bvh.rs` → `accel`, `src/run.rs` → `run`; none for `lib.rs` and `main.rs`.
+/// The room of a file: `src/accel/bvh.rs` → `accel`, `src/run.rs` → `run`; none for `lib.rs` and
+/// `main.rs`.
 fn room(file: &str) -> Option<&str> {
     let name = file.strip_prefix("src/")?.split('/').next()?.trim_end_matches(".rs");
     (name != "lib" && name != "main").then_some(name)
@@ -69,9 +73,12 @@ fn imports(line: &str) -> Vec<&str> {
     line.match_indices("crate::")
         .flat_map(|(at, found)| {
             let rest = &line[at + found.len()..];
-            let word = |s: &str| s.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(s.len());
+            let word =
+                |s: &str| s.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(s.len());
             match rest.strip_prefix('{') {
-                Some(list) => split_top(list).into_iter().map(|s| &s[..word(s)]).collect::<Vec<_>>(),
+                Some(list) => {
+                    split_top(list).into_iter().map(|s| &s[..word(s)]).collect::<Vec<_>>()
+                }
                 None => vec![&rest[..word(rest)]],
             }
         })
@@ -112,7 +119,9 @@ fn imports_go_from_higher_rank_to_lower() {
     let mut wrong = Vec::new();
     for (file, text) in sources("src") {
         let Some(room) = room(&file) else { continue };
-        let own = rank(room).unwrap_or_else(|| panic!("{file}: room \"{room}\" has no rank; add it to the list and to src/lib.rs"));
+        let own = rank(room).unwrap_or_else(|| {
+            panic!("{file}: room \"{room}\" has no rank; add it to the list and to src/lib.rs")
+        });
         for (line, text) in code(&text) {
             for import in imports(text) {
                 if rank(import).is_some_and(|r| r > own) {
@@ -126,16 +135,33 @@ fn imports_go_from_higher_rank_to_lower() {
 
 #[test]
 fn methods_do_not_import_each_other() {
-    let methods = ["path", "decompose", "cache", "points", "direct", "gather", "local_correction", "photon_map"];
+    let methods = [
+        "path",
+        "decompose",
+        "cache",
+        "points",
+        "direct",
+        "gather",
+        "local_correction",
+        "photon_map",
+    ];
     let mut wrong = Vec::new();
     for (file, text) in sources("src/method") {
-        let own = file.trim_start_matches("src/method/").split('/').next().unwrap_or_default().trim_end_matches(".rs").to_owned();
+        let own = file
+            .trim_start_matches("src/method/")
+            .split('/')
+            .next()
+            .unwrap_or_default()
+            .trim_end_matches(".rs")
+            .to_owned();
         if !methods.contains(&own.as_str()) {
             continue;
         }
         for (line, text) in code(&text) {
             for other in methods.iter().filter(|m| **m != own) {
-                if text.contains(&format!("method::{other}")) || text.contains(&format!("super::{other}::")) && file.matches('/').count() == 2 {
+                if text.contains(&format!("method::{other}"))
+                    || text.contains(&format!("super::{other}::")) && file.matches('/').count() == 2
+                {
                     wrong.push(format!("{file}:{line}: {own} imports {other}"));
                 }
             }
@@ -160,7 +186,16 @@ fn the_library_is_silent_and_safe() {
     for (file, text) in sources("src") {
         let (cli, border) = (file.starts_with("src/cli/"), file.starts_with("src/ffi/"));
         for (line, text) in code(&text) {
-            for word in ["println!", "print!", "eprintln!", "eprint!", "process::exit", "todo!", "unimplemented!", "dbg!"] {
+            for word in [
+                "println!",
+                "print!",
+                "eprintln!",
+                "eprint!",
+                "process::exit",
+                "todo!",
+                "unimplemented!",
+                "dbg!",
+            ] {
                 if text.contains(word) && !cli {
                     wrong.push(format!("{file}:{line}: {word}"));
                 }
@@ -178,6 +213,9 @@ fn the_library_is_silent_and_safe() {
 fn no_catch_all_files() {
     for (file, _) in sources("src").into_iter().chain(sources("tests")) {
         let stem = Path::new(&file).file_stem().unwrap().to_string_lossy().into_owned();
-        assert!(!["utils", "util", "helpers", "common", "misc"].contains(&stem.as_str()), "{file}: name it after what it holds");
+        assert!(
+            !["utils", "util", "helpers", "common", "misc"].contains(&stem.as_str()),
+            "{file}: name it after what it holds"
+        );
     }
 }

@@ -11,7 +11,18 @@ struct Folder(PathBuf);
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.toml");
 /// Little of everything, so that a render takes a tenth of a second.
-const SMALL: [&str; 10] = ["--threads", "2", "--set", "photon.count=2000", "--set", "record.spp=4", "--set", "decompose.rays=64", "--backend", "bvh"];
+const SMALL: [&str; 10] = [
+    "--threads",
+    "2",
+    "--set",
+    "photon.count=2000",
+    "--set",
+    "record.spp=4",
+    "--set",
+    "decompose.rays=64",
+    "--backend",
+    "bvh",
+];
 
 fn nearfar(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_nearfar")).args(arguments).output().unwrap()
@@ -23,7 +34,8 @@ fn text(bytes: &[u8]) -> String {
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("nearfar-bench-{name}-{}", std::process::id()));
+        let folder =
+            std::env::temp_dir().join(format!("nearfar-bench-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         Self(folder)
     }
@@ -33,13 +45,34 @@ impl Folder {
     /// A path traced picture of the Cornell box.
     fn truth(&self, name: &str, size: &str) -> String {
         let path = self.at(name);
-        let done = nearfar(&["reference", SCENE, "--size", size, "--spp", "32", "--no-state", "-q", "-o", &path]);
+        let done = nearfar(&[
+            "reference",
+            SCENE,
+            "--size",
+            size,
+            "--spp",
+            "32",
+            "--no-state",
+            "-q",
+            "-o",
+            &path,
+        ]);
         assert!(done.status.success(), "{}", text(&done.stderr));
         path
     }
     fn bench(&self, truth: &str, more: &[&str]) -> Output {
         let work = self.at("work");
-        let mut arguments = vec!["bench", SCENE, "--methods", "--size", "32x32", "--reference", truth, "--output", &work];
+        let mut arguments = vec![
+            "bench",
+            SCENE,
+            "--methods",
+            "--size",
+            "32x32",
+            "--reference",
+            truth,
+            "--output",
+            &work,
+        ];
         arguments.extend(SMALL);
         arguments.extend(more);
         nearfar(&arguments)
@@ -47,7 +80,11 @@ impl Folder {
     /// Names and times of the images in the work folder.
     fn images(&self) -> Vec<(String, SystemTime)> {
         let entries = std::fs::read_dir(self.0.join("work")).unwrap().map(|e| e.unwrap());
-        let mut found: Vec<_> = entries.map(|e| (e.file_name().into_string().unwrap(), e.metadata().unwrap().modified().unwrap())).collect();
+        let mut found: Vec<_> = entries
+            .map(|e| {
+                (e.file_name().into_string().unwrap(), e.metadata().unwrap().modified().unwrap())
+            })
+            .collect();
         found.retain(|f| f.0.ends_with(".exr"));
         found.sort();
         found
@@ -67,15 +104,30 @@ fn a_small_comparison_measures_and_resumes() {
     let folder = Folder::new("small");
     let truth = folder.truth("truth.exr", "32x32");
     let friend = folder.at("friend.exr");
-    assert!(nearfar(&["render", SCENE, "--size", "32x32", "--method", "path", "--spp", "4", "-q", "-o", &friend]).status.success());
-    let (json, chart, point) = (folder.at("m.json"), folder.at("m.svg"), format!("a friend,2.5,{friend}"));
-    let (json_option, only) = (format!("--json={json}"), ["--only", "decomposition,gather", "--gather-reference", "64"]);
+    assert!(
+        nearfar(&[
+            "render", SCENE, "--size", "32x32", "--method", "path", "--spp", "4", "-q", "-o",
+            &friend
+        ])
+        .status
+        .success()
+    );
+    let (json, chart, point) =
+        (folder.at("m.json"), folder.at("m.svg"), format!("a friend,2.5,{friend}"));
+    let (json_option, only) =
+        (format!("--json={json}"), ["--only", "decomposition,gather", "--gather-reference", "64"]);
     let mut more = vec![json_option.as_str(), "--chart", &chart, "--point", &point];
     more.extend(TWO_KNOBS.iter().chain(&only));
     let first = folder.bench(&truth, &more);
     assert!(first.status.success(), "{}", text(&first.stderr));
     let table = text(&first.stdout);
-    for word in ["alpha 4%", "alpha 2% *", "rays 16", "a friend", "CPU seconds over those of decomposition, at equal error"] {
+    for word in [
+        "alpha 4%",
+        "alpha 2% *",
+        "rays 16",
+        "a friend",
+        "CPU seconds over those of decomposition, at equal error",
+    ] {
         assert!(table.contains(word), "{word} not in\n{table}");
     }
     let report: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
@@ -83,13 +135,27 @@ fn a_small_comparison_measures_and_resumes() {
     assert_eq!(rows.len(), 4);
     for row in rows {
         let (name, error) = (&row["line"], row["truth"]["relmse_trimmed"].as_f64().unwrap());
-        assert!(row["cpu_seconds"].as_f64().unwrap() > 0.0 && row["wall_seconds"].as_f64().unwrap() > 0.0, "{row}");
-        assert!(error.is_finite() && error.abs() < 1.0 && row["rays"].as_u64().unwrap() > 1000, "{row}");
+        assert!(
+            row["cpu_seconds"].as_f64().unwrap() > 0.0
+                && row["wall_seconds"].as_f64().unwrap() > 0.0,
+            "{row}"
+        );
+        assert!(
+            error.is_finite() && error.abs() < 1.0 && row["rays"].as_u64().unwrap() > 1000,
+            "{row}"
+        );
         assert!(row["gather"]["relmse_trimmed"].as_f64().unwrap() > 0.0, "{row}");
-        assert_eq!(name == "decomposition", row["places"].as_u64().is_some_and(|n| n > 10), "{row}");
+        assert_eq!(
+            name == "decomposition",
+            row["places"].as_u64().is_some_and(|n| n > 10),
+            "{row}"
+        );
     }
     let error = |i: usize, to: &str| rows[i][to]["relmse_trimmed"].as_f64().unwrap();
-    assert!(error(2, "truth") > error(3, "truth") && error(2, "gather") > error(3, "gather"), "more rays, less error: {rows:?}");
+    assert!(
+        error(2, "truth") > error(3, "truth") && error(2, "gather") > error(3, "gather"),
+        "more rays, less error: {rows:?}"
+    );
     assert!(rows[0]["places"].as_u64() < rows[1]["places"].as_u64());
     assert!(std::fs::read_to_string(&chart).unwrap().contains("a friend"));
     // Four configurations and the gather; the same images once more, nothing rendered again.
@@ -99,11 +165,16 @@ fn a_small_comparison_measures_and_resumes() {
     assert!(again.status.success(), "{}", text(&again.stderr));
     assert_eq!(text(&again.stdout), table);
     assert_eq!(folder.images(), images);
-    // Another setting is another image; the old ones stay. Another round measures the same image once more.
-    let other = folder.bench(&truth, &["--only", "gather", "--sweep", "gather=4", "--set", "gather.rays=8", "--seed", "3"]);
+    // Another setting is another image; the old ones stay. Another round measures the same image
+    // once more.
+    let other = folder.bench(
+        &truth,
+        &["--only", "gather", "--sweep", "gather=4", "--set", "gather.rays=8", "--seed", "3"],
+    );
     assert!(other.status.success(), "{}", text(&other.stderr));
     assert_eq!(folder.images().len(), 6);
-    let rounds = folder.bench(&truth, &["--only", "gather", "--sweep", "gather=4", "--rounds", "2", "--json"]);
+    let rounds = folder
+        .bench(&truth, &["--only", "gather", "--sweep", "gather=4", "--rounds", "2", "--json"]);
     let report: Value = serde_json::from_slice(&rounds.stdout).unwrap();
     assert_eq!((report["rows"][0]["rounds"].as_u64(), folder.images().len()), (Some(2), 6));
 }
@@ -122,17 +193,27 @@ fn what_cannot_be_compared_is_refused() {
         (&truth, vec!["--point", "x,1,none.exr"], "none.exr"),
         (&truth, vec!["--sweep", "magic=1"], "no line \"magic\""),
         (&truth, vec!["--sweep", "decomposition"], "write LINE=VALUE"),
-        (&truth, vec!["--sweep", "decomposition=wide"], "line decomposition: setting \"decompose.alpha\""),
+        (
+            &truth,
+            vec!["--sweep", "decomposition=wide"],
+            "line decomposition: setting \"decompose.alpha\"",
+        ),
         (&truth, vec!["--sweep", "path:path.sppp=3"], "unknown key"),
         (&truth, vec!["--only", "nothing"], "no line \"nothing\""),
         (&truth, vec!["--chart", "/nowhere/c.svg"], "does not exist"),
     ] {
         let output = folder.bench(reference, &more);
         let said = text(&output.stderr);
-        assert!(output.status.code() == Some(2) && said.contains(expected) && output.stdout.is_empty(), "{more:?}: {said}");
+        assert!(
+            output.status.code() == Some(2) && said.contains(expected) && output.stdout.is_empty(),
+            "{more:?}: {said}"
+        );
     }
     let output = nearfar(&["bench", SCENE, "--methods"]);
-    assert!(output.status.code() == Some(2) && text(&output.stderr).contains("--reference TRUTH.exr, or --gather-reference"));
+    assert!(
+        output.status.code() == Some(2)
+            && text(&output.stderr).contains("--reference TRUTH.exr, or --gather-reference")
+    );
     let output = nearfar(&["bench", SCENE, "--sweep", "path=1"]);
     assert!(output.status.code() == Some(2) && text(&output.stderr).contains("--methods"));
 }

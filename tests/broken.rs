@@ -1,4 +1,5 @@
-//! Broken inputs, each with its message: file, line where there is one, and what to do. Nothing panics.
+//! Broken inputs, each with its message: file, line where there is one, and what to do. Nothing
+//! panics.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -12,7 +13,11 @@ struct Folder(PathBuf);
 impl Folder {
     fn new() -> Self {
         static COUNT: AtomicUsize = AtomicUsize::new(0);
-        let path = std::env::temp_dir().join(format!("nearfar-broken-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
+        let path = std::env::temp_dir().join(format!(
+            "nearfar-broken-{}-{}",
+            std::process::id(),
+            COUNT.fetch_add(1, Ordering::Relaxed)
+        ));
         std::fs::create_dir_all(&path).unwrap();
         Self(path)
     }
@@ -24,7 +29,9 @@ impl Folder {
     }
     /// What loading says, without the folder's name.
     fn message(&self, name: &str) -> String {
-        let text = self.load(name).map_or_else(|e| e.to_string(), |l| format!("loaded; {}", l.warnings.join("; ")));
+        let text = self
+            .load(name)
+            .map_or_else(|e| e.to_string(), |l| format!("loaded; {}", l.warnings.join("; ")));
         text.replace(&format!("{}/", self.0.display()), "")
     }
 }
@@ -43,16 +50,46 @@ const MESH: &str = "[[mesh]]\nfile = \"a.obj\"\n";
 #[test]
 fn broken_objs() {
     let cases: &[(&str, &str)] = &[
-        ("v 0 0\nf 1 1 1\n", "a.obj:1: \"v\" needs 3 numbers, found \"v 0 0\"; export the mesh again"),
-        ("v 0 0 0\nv 1 x 0\n", "a.obj:2: \"x\" is not a number in \"v 1 x 0\"; export the mesh again"),
-        ("v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", "a.obj:3: numbers must be finite, found \"v nan 1 0\"; correct or remove the vertex"),
-        ("v 0 0 0\nv 1 0 0\nv 0 inf 0\nf 1 2 3\n", "a.obj:3: numbers must be finite, found \"v 0 inf 0\"; correct or remove the vertex"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1e99 0\nf 1 2 3\n", "a.obj:3: numbers must be finite, found \"v 0 1e99 0\"; correct or remove the vertex"),
-        ("v 0 0 0 0\n", "a.obj:1: the fourth number of a vertex divides the others and may not be \"0\"; remove it"),
-        ("v 0 0 0 1 1\n", "a.obj:1: a vertex has 3 numbers, 4 with a weight or 6 with a colour, found 5; export the mesh again"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "a.obj:4: index 4 is out of range: the file has 3 vertices; correct the index or export the mesh again"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "a.obj:4: index 0 in \"0\" is not allowed: OBJ files count from 1"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -4 -2 -1\n", "a.obj:4: index -4 is out of range: the file has 3 vertices; correct the index or export the mesh again"),
+        (
+            "v 0 0\nf 1 1 1\n",
+            "a.obj:1: \"v\" needs 3 numbers, found \"v 0 0\"; export the mesh again",
+        ),
+        (
+            "v 0 0 0\nv 1 x 0\n",
+            "a.obj:2: \"x\" is not a number in \"v 1 x 0\"; export the mesh again",
+        ),
+        (
+            "v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n",
+            "a.obj:3: numbers must be finite, found \"v nan 1 0\"; correct or remove the vertex",
+        ),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 inf 0\nf 1 2 3\n",
+            "a.obj:3: numbers must be finite, found \"v 0 inf 0\"; correct or remove the vertex",
+        ),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 1e99 0\nf 1 2 3\n",
+            "a.obj:3: numbers must be finite, found \"v 0 1e99 0\"; correct or remove the vertex",
+        ),
+        (
+            "v 0 0 0 0\n",
+            "a.obj:1: the fourth number of a vertex divides the others and may not be \"0\"; remove it",
+        ),
+        (
+            "v 0 0 0 1 1\n",
+            "a.obj:1: a vertex has 3 numbers, 4 with a weight or 6 with a colour, found 5; export the mesh again",
+        ),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n",
+            "a.obj:4: index 4 is out of range: the file has 3 vertices; correct the index or export the mesh again",
+        ),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n",
+            "a.obj:4: index 0 in \"0\" is not allowed: OBJ files count from 1",
+        ),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -4 -2 -1\n",
+            "a.obj:4: index -4 is out of range: the file has 3 vertices; correct the index or export the mesh again",
+        ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/2 3/1\n",
             "a.obj:5: index 2 is out of range: the file has 1 texture coordinates; correct the index or export the mesh again",
@@ -69,20 +106,35 @@ fn broken_objs() {
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/9223372036854775807 2/1 3/1\n",
             "a.obj:5: index 9223372036854775807 is out of range: the file has 1 texture coordinates; correct the index or export the mesh again",
         ),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 two 3\n", "a.obj:4: \"two\" is not a face corner; write v, v/vt, v//vn or v/vt/vn"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1/1 2 3\n", "a.obj:4: \"1/1/1/1\" is not a face corner; write v, v/vt, v//vn or v/vt/vn"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n3\n", "a.obj:4: a line that goes on after \"\\\" is not supported; write the face on one line"),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 two 3\n",
+            "a.obj:4: \"two\" is not a face corner; write v, v/vt, v//vn or v/vt/vn",
+        ),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1/1 2 3\n",
+            "a.obj:4: \"1/1/1/1\" is not a face corner; write v, v/vt, v//vn or v/vt/vn",
+        ),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n3\n",
+            "a.obj:4: a line that goes on after \"\\\" is not supported; write the face on one line",
+        ),
         ("vt 0\n", "a.obj:1: \"vt\" needs 2 numbers, found \"vt 0\"; export the mesh again"),
         ("vn 0 1\n", "a.obj:1: \"vn\" needs 3 numbers, found \"vn 0 1\"; export the mesh again"),
         ("usemtl\n", "a.obj:1: usemtl needs a space and a material's name; write usemtl NAME"),
         ("", "a.obj: the scene is empty; add a [[mesh]] with triangles"),
         ("v 0 0 0\nv 1 0 0\nl 1 2\n", "a.obj: the scene is empty; add a [[mesh]] with triangles"),
-        ("v 0 0 0\nv 1e20 0 0\nv 0 1e20 0\nf 1 2 3\n", "a.obj: coordinates are too large to trace; scale the scene down below 1e15 units"),
+        (
+            "v 0 0 0\nv 1e20 0 0\nv 0 1e20 0\nf 1 2 3\n",
+            "a.obj: coordinates are too large to trace; scale the scene down below 1e15 units",
+        ),
         (
             "mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl gold\nf 1 2 3\n",
             "loaded; a.obj: material library \"none.mtl\" cannot be read; its materials become grey; a.obj: material \"gold\" is not defined and becomes grey; define it in an MTL file or as [material.gold]",
         ),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "loaded; a.obj: 1 triangles have no material and become grey; assign one with usemtl"),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+            "loaded; a.obj: 1 triangles have no material and become grey; assign one with usemtl",
+        ),
     ];
     for (text, expected) in cases {
         let folder = Folder::new();
@@ -96,14 +148,29 @@ fn broken_mtls() {
     let cases: &[(&str, &str)] = &[
         ("newmtl a\nKd 0.5\n", "a.mtl:2: Kd needs 3 finite numbers, found \"Kd 0.5\""),
         ("newmtl a\nKd 0.5 x 0.5\n", "a.mtl:2: Kd needs 3 finite numbers, found \"Kd 0.5 x 0.5\""),
-        ("newmtl a\nKd 0.5 nan 0.5\n", "a.mtl:2: Kd needs 3 finite numbers, found \"Kd 0.5 nan 0.5\""),
-        ("newmtl a\n\nKe -1 0 0\n", "a.mtl:3: Ke may not be negative, found \"Ke -1 0 0\"; give 3 numbers from 0 on"),
+        (
+            "newmtl a\nKd 0.5 nan 0.5\n",
+            "a.mtl:2: Kd needs 3 finite numbers, found \"Kd 0.5 nan 0.5\"",
+        ),
+        (
+            "newmtl a\n\nKe -1 0 0\n",
+            "a.mtl:3: Ke may not be negative, found \"Ke -1 0 0\"; give 3 numbers from 0 on",
+        ),
         ("newmtl a\nd half\n", "a.mtl:2: d needs 1 finite number, found \"d half\""),
         ("newmtl\n", "a.mtl:1: newmtl needs a name; write newmtl NAME"),
         ("newmtl a\nillum\n", "a.mtl:2: illum needs a whole number from 0 to 10, found \"illum\""),
-        ("newmtl a\nmap_Kd\n", "a.mtl:2: map_Kd names no file; write map_Kd FILE or remove the line"),
-        ("newmtl a\nmap_Kd none.png\n", "loaded; none.png: texture of material \"a\" is missing; the plain colour is used"),
-        ("newmtl a\nmap_Kd a.obj\n", "a.obj: is not a PNG, JPEG, BMP, TGA or TIFF image; convert it"),
+        (
+            "newmtl a\nmap_Kd\n",
+            "a.mtl:2: map_Kd names no file; write map_Kd FILE or remove the line",
+        ),
+        (
+            "newmtl a\nmap_Kd none.png\n",
+            "loaded; none.png: texture of material \"a\" is missing; the plain colour is used",
+        ),
+        (
+            "newmtl a\nmap_Kd a.obj\n",
+            "a.obj: is not a PNG, JPEG, BMP, TGA or TIFF image; convert it",
+        ),
         ("newmtl a\nmap_d cut.png\n", "cut.png: is damaged and cannot be decoded; export it again"),
     ];
     for (text, expected) in cases {
@@ -188,9 +255,20 @@ fn broken_scene_files() {
     folder.write("s.toml", [0xff, 0xfe, b'a']);
     folder.write("s.blend", "");
     assert_eq!(folder.message("s.toml"), "s.toml: is not UTF-8 text; save it as UTF-8");
-    assert_eq!(folder.message("s.blend"), "s.blend: is no scene; give a scene .toml or an .obj file");
-    assert!(folder.message("none.toml").starts_with("none.toml: No such file"), "{}", folder.message("none.toml"));
-    assert!(folder.message("none.obj").starts_with("none.obj: No such file"), "{}", folder.message("none.obj"));
+    assert_eq!(
+        folder.message("s.blend"),
+        "s.blend: is no scene; give a scene .toml or an .obj file"
+    );
+    assert!(
+        folder.message("none.toml").starts_with("none.toml: No such file"),
+        "{}",
+        folder.message("none.toml")
+    );
+    assert!(
+        folder.message("none.obj").starts_with("none.obj: No such file"),
+        "{}",
+        folder.message("none.obj")
+    );
 }
 
 #[test]
@@ -201,9 +279,15 @@ fn bare_obj_gets_a_view_and_a_sky() {
     let loaded = folder.load("a.obj").unwrap();
     assert_eq!(loaded.scene.lights.len(), 1);
     assert_eq!((loaded.scene.camera.width, loaded.scene.camera.height), (640, 360));
-    assert!(loaded.notes[0].starts_with("no camera given: a framing one was set, eye = [") && loaded.notes[1].starts_with("no light given"));
+    assert!(
+        loaded.notes[0].starts_with("no camera given: a framing one was set, eye = [")
+            && loaded.notes[1].starts_with("no light given")
+    );
     let mesh = &loaded.scene.meshes[0];
-    assert_eq!((mesh.positions.len(), mesh.normals.len(), mesh.uvs.len(), mesh.triangles.len()), (3, 3, 3, 1));
+    assert_eq!(
+        (mesh.positions.len(), mesh.normals.len(), mesh.uvs.len(), mesh.triangles.len()),
+        (3, 3, 3, 1)
+    );
 }
 
 #[test]
@@ -218,7 +302,11 @@ fn transforms_and_overrides_reach_the_mesh() {
     let scene = folder.load("s.toml").unwrap().scene;
     let mesh = &scene.meshes[0];
     // (1, 0, 0) → (−2, 0, 0) → (0, −2, 0) → (0, −2, 3).
-    assert!(mesh.positions.iter().any(|p| (*p - glam::Vec3::new(0.0, -2.0, 3.0)).length() < 1e-5), "{:?}", mesh.positions);
+    assert!(
+        mesh.positions.iter().any(|p| (*p - glam::Vec3::new(0.0, -2.0, 3.0)).length() < 1e-5),
+        "{:?}",
+        mesh.positions
+    );
     assert!((mesh.normals[0] - glam::Vec3::Z).length() < 1e-6);
     let [a, b, c] = mesh.triangles[0].map(|i| mesh.positions[i as usize]);
     assert!((b - a).cross(c - a).z > 0.0, "a mirror keeps fronts");

@@ -1,8 +1,11 @@
-//! The irradiance cache: furnaces, threads, convergence to the gather, leaks, curved surfaces, files.
+//! The irradiance cache: furnaces, threads, convergence to the gather, leaks, curved surfaces,
+//! files.
 
 use glam::Vec3;
 use nearfar::accel::Backend;
-use nearfar::method::cache::{Cache, CacheRecord, CacheSettings, Mode, fill_and_interpolate, render, store};
+use nearfar::method::cache::{
+    Cache, CacheRecord, CacheSettings, Mode, fill_and_interpolate, render, store,
+};
 use nearfar::method::gather::gather;
 use nearfar::method::key::Key;
 use nearfar::method::stage::{Inputs, Stage};
@@ -26,10 +29,16 @@ fn settings(mode: Mode) -> CacheSettings {
 /// A stage whose cells have the radiosity that `glow` gives their centroid and normal.
 fn stage(w: &World, near_cell: f32, glow: impl Fn(Vec3, Vec3) -> Rgb) -> Stage {
     let cells = Cells::new(&w.geometry, near_cell).unwrap();
-    let side = |sign: f32| (0..cells.len()).map(|c| glow(cells.centroids[c], cells.normal(&w.geometry, c as u32) * sign)).collect();
-    let radiosity = CellRadiosity { front: side(1.0), back: side(-1.0), ..CellRadiosity::default() };
+    let side = |sign: f32| {
+        (0..cells.len())
+            .map(|c| glow(cells.centroids[c], cells.normal(&w.geometry, c as u32) * sign))
+            .collect()
+    };
+    let radiosity =
+        CellRadiosity { front: side(1.0), back: side(-1.0), ..CellRadiosity::default() };
     let record = RecordSettings { spp: 1, ..RecordSettings::default() };
-    let samples = camera_samples(w, &record, &DirectSettings::default(), 0, &Run::new(2).unwrap()).unwrap();
+    let samples =
+        camera_samples(w, &record, &DirectSettings::default(), 0, &Run::new(2).unwrap()).unwrap();
     Stage { cells, radiosity, proxy_stats: ProxyStats::default(), samples }
 }
 
@@ -49,7 +58,13 @@ fn gathered(w: &World, stage: &Stage, rays: u32) -> Vec<Rgb> {
 
 fn relative_mse(e: &[Rgb], truth: &[Rgb]) -> f32 {
     let mean = truth.iter().map(|t| t.element_sum() / 3.0).sum::<f32>() / truth.len() as f32;
-    e.iter().zip(truth).map(|(e, t)| ((*e - *t).powf(2.0) / (*t * *t + Rgb::splat(0.01 * mean * mean))).element_sum() / 3.0).sum::<f32>() / e.len() as f32
+    e.iter()
+        .zip(truth)
+        .map(|(e, t)| {
+            ((*e - *t).powf(2.0) / (*t * *t + Rgb::splat(0.01 * mean * mean))).element_sum() / 3.0
+        })
+        .sum::<f32>()
+        / e.len() as f32
 }
 
 #[test]
@@ -61,23 +76,41 @@ fn furnace() {
         assert!(cache.records.len() > 4 && cache.records.len() < e.len());
         for (e, &ng) in e.iter().zip(&stage.samples.points.ng) {
             // Rounding of the derivatives' sums.
-            assert!((*e / Rgb::new(1.0, 2.0, 0.5) - Rgb::ONE).abs().max_element() < 1e-4, "{mode:?} {e} {ng}");
+            assert!(
+                (*e / Rgb::new(1.0, 2.0, 0.5) - Rgb::ONE).abs().max_element() < 1e-4,
+                "{mode:?} {e} {ng}"
+            );
         }
     }
 }
 
-fn inputs<'a>(photon: &'a PhotonSettings, record: &'a RecordSettings, direct: &'a DirectSettings) -> Inputs<'a> {
+fn inputs<'a>(
+    photon: &'a PhotonSettings,
+    record: &'a RecordSettings,
+    direct: &'a DirectSettings,
+) -> Inputs<'a> {
     Inputs { near_cell: 0.15, photon, record, direct, seed: 3 }
 }
 
 #[test]
 fn same_bits_for_any_thread_count() {
-    let (photon, record, direct) = (PhotonSettings { count: 5000, ..PhotonSettings::default() }, RecordSettings::default(), DirectSettings::default());
+    let (photon, record, direct) = (
+        PhotonSettings { count: 5000, ..PhotonSettings::default() },
+        RecordSettings::default(),
+        DirectSettings::default(),
+    );
     for backend in backends() {
         let w = world(&small_room(), backend);
         for mode in MODES {
             let picture = |threads| {
-                let (rendered, cache) = render(&w, &settings(mode), inputs(&photon, &record, &direct), None, &Run::new(threads).unwrap()).unwrap();
+                let (rendered, cache) = render(
+                    &w,
+                    &settings(mode),
+                    inputs(&photon, &record, &direct),
+                    None,
+                    &Run::new(threads).unwrap(),
+                )
+                .unwrap();
                 assert_eq!(rendered.locations.len(), cache.records.len());
                 (rendered.film.channels, cache.records)
             };
@@ -96,7 +129,8 @@ fn error_to_the_gather_falls_with_the_knob() {
     (room.camera.width, room.camera.height) = (48, 36);
     falls_to_the_gather(&room, 0.15);
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.toml");
-    let size = [("camera.width", "48"), ("camera.height", "48")].map(|(key, value)| (key.to_owned(), value.to_owned()));
+    let size = [("camera.width", "48"), ("camera.height", "48")]
+        .map(|(key, value)| (key.to_owned(), value.to_owned()));
     let cornell = nearfar::load::load(file.as_ref(), &size).unwrap().scene;
     falls_to_the_gather(&cornell, 14.0);
 }
@@ -107,7 +141,14 @@ fn falls_to_the_gather(scene: &Scene, near_cell: f32) {
     let photon = PhotonSettings { count: 20_000, ..PhotonSettings::default() };
     let stage = Stage::new(
         &w,
-        Inputs { near_cell, ..inputs(&photon, &RecordSettings { spp: 1, ..RecordSettings::default() }, &DirectSettings::default()) },
+        Inputs {
+            near_cell,
+            ..inputs(
+                &photon,
+                &RecordSettings { spp: 1, ..RecordSettings::default() },
+                &DirectSettings::default(),
+            )
+        },
         &Run::new(2).unwrap(),
     )
     .unwrap();
@@ -115,7 +156,8 @@ fn falls_to_the_gather(scene: &Scene, near_cell: f32) {
     for mode in [Mode::Hessian, Mode::Production2006] {
         let mut found = Vec::new();
         for error in [1.0, 0.2, 0.01] {
-            let (e, cache) = cached(&w, &CacheSettings { error, rays: 4096, ..settings(mode) }, &stage);
+            let (e, cache) =
+                cached(&w, &CacheSettings { error, rays: 4096, ..settings(mode) }, &stage);
             found.push((relative_mse(&e, &truth), cache.records.len()));
         }
         eprintln!("{mode:?} {found:?}");
@@ -128,9 +170,19 @@ fn falls_to_the_gather(scene: &Scene, near_cell: f32) {
 fn two_rooms(eye: f32) -> Scene {
     let mut mesh = Mesh { sides: Sides::Two, ..Mesh::default() };
     cuboid(&mut mesh, Vec3::ZERO, Vec3::new(2.0, 1.0, 1.0), 0, true);
-    quad(&mut mesh, [Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::new(1.0, 1.0, 1.0), Vec3::new(1.0, 0.0, 1.0)], 0);
-    let camera =
-        Camera { eye: Vec3::new(eye, 0.9, 0.5), target: Vec3::new(1.0 + 0.2 * (eye - 1.0), 0.0, 0.5), up: Vec3::Z, vfov_deg: 90.0, width: 40, height: 40 };
+    quad(
+        &mut mesh,
+        [Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::new(1.0, 1.0, 1.0), Vec3::new(1.0, 0.0, 1.0)],
+        0,
+    );
+    let camera = Camera {
+        eye: Vec3::new(eye, 0.9, 0.5),
+        target: Vec3::new(1.0 + 0.2 * (eye - 1.0), 0.0, 0.5),
+        up: Vec3::Z,
+        vfov_deg: 90.0,
+        width: 40,
+        height: 40,
+    };
     Scene { camera, meshes: vec![mesh], materials: vec![grey(0.7)], ..Scene::default() }
 }
 
@@ -138,7 +190,9 @@ fn two_rooms(eye: f32) -> Scene {
 fn records_do_not_leak_through_a_sheet() {
     for mode in MODES {
         let s = CacheSettings { rays: 512, ..settings(mode) };
-        let bright = |p: Vec3, n: Vec3| if p.x < 0.999 || (p.x < 1.001 && n.x < 0.0) { Rgb::ONE } else { Rgb::ZERO };
+        let bright = |p: Vec3, n: Vec3| {
+            if p.x < 0.999 || (p.x < 1.001 && n.x < 0.0) { Rgb::ONE } else { Rgb::ZERO }
+        };
         let w = world(&two_rooms(0.3), Backend::Bvh);
         let lit = stage(&w, 0.25, bright);
         let (e, first) = cached(&w, &s, &lit);
@@ -147,11 +201,13 @@ fn records_do_not_leak_through_a_sheet() {
         let dark = stage(&dark_world, 0.25, bright);
         let mut cache = empty(&dark_world, &s, &dark);
         first.records.iter().for_each(|&record| cache.insert(record, None));
-        let e = fill_and_interpolate(&dark_world, &s, &dark, &mut cache, 0, &Run::new(2).unwrap()).unwrap();
+        let e = fill_and_interpolate(&dark_world, &s, &dark, &mut cache, 0, &Run::new(2).unwrap())
+            .unwrap();
         let worst = e.iter().map(|e| e.x).fold(0.0, f32::max);
         let leaking = e.iter().filter(|e| e.x > 1e-3).count();
         eprintln!("{mode:?}: worst {worst}, {leaking} of {}", e.len());
-        // A record within a radius of the sheet leaks in the modes without the guard; the guard stops it.
+        // A record within a radius of the sheet leaks in the modes without the guard; the guard
+        // stops it.
         if mode == Mode::Hessian {
             assert_eq!(leaking, 0, "worst {worst}");
         }
@@ -165,7 +221,14 @@ fn curved_surfaces() {
     // Smooth normals: positions of a sphere about the origin, seen from within.
     ball.normals = Vec::new();
     let scene = Scene {
-        camera: Camera { eye: Vec3::new(0.0, -0.6, 0.0), target: Vec3::Y, up: Vec3::Z, vfov_deg: 80.0, width: 40, height: 40 },
+        camera: Camera {
+            eye: Vec3::new(0.0, -0.6, 0.0),
+            target: Vec3::Y,
+            up: Vec3::Z,
+            vfov_deg: 80.0,
+            width: 40,
+            height: 40,
+        },
         meshes: vec![ball],
         materials: vec![grey(0.5)],
         ..Scene::default()
@@ -175,7 +238,12 @@ fn curved_surfaces() {
     // Inside a sphere the irradiance is the same everywhere.
     for mode in [Mode::Hessian, Mode::Production2006] {
         let (e, cache) = cached(&w, &CacheSettings { rays: 1024, ..settings(mode) }, &stage);
-        assert!(cache.records.len() < e.len(), "{mode:?}: {} records for {} points", cache.records.len(), e.len());
+        assert!(
+            cache.records.len() < e.len(),
+            "{mode:?}: {} records for {} points",
+            cache.records.len(),
+            e.len()
+        );
         let error = relative_mse(&e, &gathered(&w, &stage, 1024));
         // Noise of 1024 rays to either side.
         assert!(error < 1e-3, "{mode:?} {error}");
@@ -192,7 +260,11 @@ fn folder(name: &str) -> std::path::PathBuf {
 fn saved_records_are_reused() {
     let folder = folder("cache-reuse");
     let file = folder.join("room.ply");
-    let (photon, record, direct) = (PhotonSettings { count: 5000, ..PhotonSettings::default() }, RecordSettings::default(), DirectSettings::default());
+    let (photon, record, direct) = (
+        PhotonSettings { count: 5000, ..PhotonSettings::default() },
+        RecordSettings::default(),
+        DirectSettings::default(),
+    );
     for mode in MODES {
         // A value that a careless way through text would not bring back bit for bit.
         let (scene, s) = (small_room(), CacheSettings { error: 0.051, ..settings(mode) });
@@ -211,7 +283,11 @@ fn saved_records_are_reused() {
         let mut aside = scene.clone();
         aside.camera.eye.x += 0.05;
         let w = world(&aside, Backend::Bvh);
-        assert_eq!(store::key(Fingerprint::new(&aside), &input, &s), key, "another camera, the same scene");
+        assert_eq!(
+            store::key(Fingerprint::new(&aside), &input, &s),
+            key,
+            "another camera, the same scene"
+        );
         let (_, extended) = render(&w, &s, input, Some(loaded), &run).unwrap();
         let (new, alone) = (extended.records.len() - cache.records.len(), cache.records.len());
         assert!(new * 2 < alone, "{mode:?}: {new} new, {alone} loaded");
@@ -223,11 +299,14 @@ fn saved_records_are_reused() {
 fn broken_and_foreign_files_are_refused() {
     let folder = folder("cache-broken");
     let file = folder.join("c.ply");
-    let (photon, record, direct) = (PhotonSettings::default(), RecordSettings::default(), DirectSettings::default());
+    let (photon, record, direct) =
+        (PhotonSettings::default(), RecordSettings::default(), DirectSettings::default());
     let scene = small_room();
     let w = world(&scene, Backend::Bvh);
     let s = settings(Mode::Hessian);
-    let key = |scene: &Scene, s: &CacheSettings| store::key(Fingerprint::new(scene), &inputs(&photon, &record, &direct), s);
+    let key = |scene: &Scene, s: &CacheSettings| {
+        store::key(Fingerprint::new(scene), &inputs(&photon, &record, &direct), s)
+    };
     let (_, cache) = cached(&w, &s, &stage(&w, 0.3, |_, _| Rgb::ONE));
     let records: Vec<CacheRecord> = cache.records.iter().copied().take(50).collect();
     let refused = |key: &Key, expected: &str| {
@@ -241,19 +320,33 @@ fn broken_and_foreign_files_are_refused() {
     let mut other = scene.clone();
     other.materials[0].albedo.x += 0.1;
     refused(&key(&other, &s), "another scene: its materials differ");
-    refused(&key(&scene, &CacheSettings { rays: 256, ..s.clone() }), "cache.rays is 128 there and 256 here");
+    refused(
+        &key(&scene, &CacheSettings { rays: 256, ..s.clone() }),
+        "cache.rays is 128 there and 256 here",
+    );
     refused(&key(&scene, &settings(Mode::SplitSphere)), "cache.mode");
-    assert!(store::load(&file, &key(&scene, &CacheSettings { reach: 1.0, ..s.clone() })).is_ok(), "the final pass may change");
+    assert!(
+        store::load(&file, &key(&scene, &CacheSettings { reach: 1.0, ..s.clone() })).is_ok(),
+        "the final pass may change"
+    );
 
     std::fs::write(&file, &good[..good.len() - 7]).unwrap();
     refused(&own, "cut short");
     std::fs::write(&file, &good[..40]).unwrap();
     refused(&own, "PLY");
-    std::fs::write(&file, "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n").unwrap();
+    std::fs::write(
+        &file,
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
+    )
+    .unwrap();
     refused(&own, "is no irradiance cache");
     std::fs::write(&file, b"\x89PNG\r\n").unwrap();
     refused(&own, "PLY");
-    std::fs::write(&file, String::from_utf8_lossy(&good).replacen("cache 2", "cache 9", 1).as_bytes()).unwrap();
+    std::fs::write(
+        &file,
+        String::from_utf8_lossy(&good).replacen("cache 2", "cache 9", 1).as_bytes(),
+    )
+    .unwrap();
     refused(&own, "version 9");
     let mut broken = records.clone();
     broken[7].irradiance.y = f32::NAN;

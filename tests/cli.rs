@@ -23,9 +23,14 @@ struct Folder(PathBuf);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("nearfar-cli-{name}-{}", std::process::id()));
+        let folder =
+            std::env::temp_dir().join(format!("nearfar-cli-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
-        std::fs::write(folder.join("card.obj"), "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n").unwrap();
+        std::fs::write(
+            folder.join("card.obj"),
+            "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n",
+        )
+        .unwrap();
         let scene = "[camera]\neye = [0, 1, 2]\ntarget = [0, 0, 0]\nwidth = 16\nheight = 12\n\n[[mesh]]\nfile = \"card.obj\"\n\n\
                      [[light]]\ntype = \"sky\"\nradiance = [1, 1, 1]\n\n[[light]]\ntype = \"point\"\nposition = [0, 1, 0]\nintensity = [1, 1, 1]\n\n\
                      [settings]\nseed = 7\n\n[settings.path]\nspp = 3\n";
@@ -90,7 +95,10 @@ fn usage_errors_exit_with_2_and_say_the_fix() {
         (vec!["render", &scene, "-o", &out, "--time-limit", "soon"], "write seconds"),
         (vec!["render", &scene, "-o", &out, "--method", "magic"], "possible values"),
         (vec!["render", &scene, "-o", &out, "--set", "path.spp"], "write key=value"),
-        (vec!["render", &scene, "-o", &out, "--set", "path.sppp=3"], "setting \"path.sppp\": unknown key"),
+        (
+            vec!["render", &scene, "-o", &out, "--set", "path.sppp=3"],
+            "setting \"path.sppp\": unknown key",
+        ),
         (vec!["render", &scene, "-o", &out, "--set", "path.spp=many"], "setting \"path.spp\""),
         (vec!["render", &scene, "-o", &folder.at("o.png")], "name it .exr"),
         (vec!["render", &scene, "-o", &folder.at("no/o.exr")], "does not exist"),
@@ -104,7 +112,8 @@ fn usage_errors_exit_with_2_and_say_the_fix() {
         assert!(stderr(&output).contains(expected), "{arguments:?}: {}", stderr(&output));
         assert!(output.stdout.is_empty(), "{arguments:?}");
     }
-    let left: Vec<_> = std::fs::read_dir(&folder.0).unwrap().map(|e| e.unwrap().file_name()).collect();
+    let left: Vec<_> =
+        std::fs::read_dir(&folder.0).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left.len(), 2, "{left:?}");
 }
 
@@ -113,40 +122,94 @@ fn settings_precedence() {
     let folder = Folder::new("precedence");
     let (scene, out, stats) = (folder.at("card.toml"), folder.at("o.exr"), folder.at("o.json"));
     let spp = |extra: &[&str]| {
-        let mut arguments = vec!["render", &scene, "-o", &out, "--method", "path", "--stats", &stats, "--threads", "1"];
+        let mut arguments = vec![
+            "render",
+            &scene,
+            "-o",
+            &out,
+            "--method",
+            "path",
+            "--stats",
+            &stats,
+            "--threads",
+            "1",
+        ];
         arguments.extend(extra);
         let output = nearfar(&arguments);
         assert_eq!(code(&output), 0, "{}", stderr(&output));
-        let stats: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
+        let stats: serde_json::Value =
+            serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
         (stats["spp"].as_u64().unwrap(), stats["seed"].as_u64().unwrap())
     };
     assert_eq!(spp(&[]), (3, 7), "the scene file");
     assert_eq!(spp(&["--set", "path.spp=5", "--set", "seed=8"]), (5, 8), "--set over the file");
-    assert_eq!(spp(&["--set", "path.spp=5", "--spp", "4", "--seed", "9"]), (4, 9), "options of their own over --set");
+    assert_eq!(
+        spp(&["--set", "path.spp=5", "--spp", "4", "--seed", "9"]),
+        (4, 9),
+        "options of their own over --set"
+    );
 }
 
 #[test]
 fn render_writes_image_picture_and_statistics() {
     let folder = Folder::new("render");
     let (scene, out, stats) = (folder.at("card.toml"), folder.at("o.exr"), folder.at("o.json"));
-    let output = nearfar(&["render", &scene, "-o", &out, "--method", "path", "--size", "20x10", "--png", "--stats", &stats, "--aov", "direct,albedo"]);
+    let output = nearfar(&[
+        "render",
+        &scene,
+        "-o",
+        &out,
+        "--method",
+        "path",
+        "--size",
+        "20x10",
+        "--png",
+        "--stats",
+        &stats,
+        "--aov",
+        "direct,albedo",
+    ]);
     assert_eq!((code(&output), output.stdout.len()), (0, 0), "{}", stderr(&output));
     let film = read_exr(Path::new(&out)).unwrap();
     assert_eq!((film.width, film.height), (20, 10));
     let names: Vec<_> = film.channels.keys().map(String::as_str).collect();
-    assert_eq!(names, ["B", "G", "R", "albedo.B", "albedo.G", "albedo.R", "direct.B", "direct.G", "direct.R"]);
-    assert!(film.header["nearfar.settings"].contains("seed = 7") && film.header["nearfar.method"] == "path");
+    assert_eq!(
+        names,
+        ["B", "G", "R", "albedo.B", "albedo.G", "albedo.R", "direct.B", "direct.G", "direct.R"]
+    );
+    assert!(
+        film.header["nearfar.settings"].contains("seed = 7")
+            && film.header["nearfar.method"] == "path"
+    );
     assert!(Path::new(&folder.at("o.png")).is_file());
-    let stats: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
-    for key in ["method", "backend", "width", "height", "threads", "seed", "triangles", "cpu_seconds", "peak_rss_bytes"] {
+    let stats: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
+    for key in [
+        "method",
+        "backend",
+        "width",
+        "height",
+        "threads",
+        "seed",
+        "triangles",
+        "cpu_seconds",
+        "peak_rss_bytes",
+    ] {
         assert!(!stats[key].is_null(), "{key}");
     }
     for key in ["total", "load", "build", "write"] {
         assert!(stats["seconds"][key].is_number(), "{key}");
     }
-    assert!(stats["rays"]["primary"].as_u64() == Some(600) && stats["rays"]["shadow"].as_u64() > Some(0));
+    assert!(
+        stats["rays"]["primary"].as_u64() == Some(600)
+            && stats["rays"]["shadow"].as_u64() > Some(0)
+    );
     let output = nearfar(&["render", &scene, "-o", &out, "--method", "path", "--aov", "shine"]);
-    assert!(code(&output) == 2 && stderr(&output).contains("choose among none, direct"), "{}", stderr(&output));
+    assert!(
+        code(&output) == 2 && stderr(&output).contains("choose among none, direct"),
+        "{}",
+        stderr(&output)
+    );
 }
 
 #[test]
@@ -158,7 +221,8 @@ fn what_was_chosen_is_told_unless_quiet() {
     std::fs::write(folder.at("cube.obj"), format!("{corners}{faces}")).unwrap();
     let scene = "[camera]\neye = [0.5, 0.5, 0.4]\ntarget = [0.5, 0.5, 1]\n\n[[mesh]]\nfile = \"cube.obj\"\n\n[[light]]\ntype = \"sky\"\nradiance = 1\n";
     std::fs::write(&cube, scene).unwrap();
-    let (camera, sky, wall) = ("note: no camera given", "note: no light given", "warning: the camera is inside a wall");
+    let (camera, sky, wall) =
+        ("note: no camera given", "note: no light given", "warning: the camera is inside a wall");
     for command in ["render", "reference"] {
         for (scene, expected) in [(&card, vec![camera, sky]), (&cube, vec![wall])] {
             let arguments = [command, scene, "-o", &out, "--size", "8x8", "--spp", "1"];
@@ -166,7 +230,11 @@ fn what_was_chosen_is_told_unless_quiet() {
             let said = stderr(&output);
             assert_eq!(code(&output), 0, "{said}");
             for line in [camera, sky, wall] {
-                assert_eq!(said.contains(line), expected.contains(&line), "{command} {scene}: {line} in {said}");
+                assert_eq!(
+                    said.contains(line),
+                    expected.contains(&line),
+                    "{command} {scene}: {line} in {said}"
+                );
             }
             let quiet = nearfar(&[&arguments[..], &["-q"]].concat());
             assert_eq!((code(&quiet), stderr(&quiet).as_str()), (0, ""), "{command} {scene}");
@@ -177,7 +245,8 @@ fn what_was_chosen_is_told_unless_quiet() {
 #[test]
 fn reference_resumes_to_the_same_bits() {
     let folder = Folder::new("resume");
-    let (scene, whole, part) = (folder.at("card.toml"), folder.at("whole.exr"), folder.at("part.exr"));
+    let (scene, whole, part) =
+        (folder.at("card.toml"), folder.at("whole.exr"), folder.at("part.exr"));
     for arguments in [
         vec!["reference", &scene, "-o", &whole, "--spp", "11", "-q"],
         vec!["reference", &scene, "-o", &part, "--spp", "4", "-q"],
@@ -188,10 +257,24 @@ fn reference_resumes_to_the_same_bits() {
     }
     let bits = |path: &str| {
         let film = read_exr(Path::new(path)).unwrap();
-        film.channels.into_iter().map(|(k, v)| (k, v.into_iter().map(f32::to_bits).collect::<Vec<_>>())).collect::<Vec<_>>()
+        film.channels
+            .into_iter()
+            .map(|(k, v)| (k, v.into_iter().map(f32::to_bits).collect::<Vec<_>>()))
+            .collect::<Vec<_>>()
     };
     assert!(bits(&whole) == bits(&part));
-    let output = nearfar(&["reference", &scene, "-o", &part, "--spp", "12", "--resume", &whole, "--seed", "99"]);
+    let output = nearfar(&[
+        "reference",
+        &scene,
+        "-o",
+        &part,
+        "--spp",
+        "12",
+        "--resume",
+        &whole,
+        "--seed",
+        "99",
+    ]);
     assert!(code(&output) == 2 && stderr(&output).contains("cannot resume"), "{}", stderr(&output));
 }
 
@@ -210,7 +293,10 @@ fn compare_prints_judges_and_draws() {
     assert!(figures["relmse"] == 0.0 && figures["flip"] == 0.0 && figures["bias"] == 0.0);
     let differs = nearfar(&["compare", &a, &b, "--output", &diff, "--max-relmse", "0.001"]);
     assert_eq!(code(&differs), 1);
-    assert!(String::from_utf8_lossy(&differs.stdout).contains("relMSE                 0.0099"), "{differs:?}");
+    assert!(
+        String::from_utf8_lossy(&differs.stdout).contains("relMSE                 0.0099"),
+        "{differs:?}"
+    );
     assert!(Path::new(&diff).is_file() && stderr(&differs).contains("above 0.001"));
     assert_eq!(code(&nearfar(&["compare", &a, &b, "--max-relmse", "0.02"])), 0);
 }
@@ -227,7 +313,10 @@ fn ctrl_c_keeps_what_was_done() {
         .unwrap();
     // Long enough to be past the first sample of 192 pixels; the render itself would take hours.
     std::thread::sleep(std::time::Duration::from_millis(1500));
-    let sent = Command::new("bash").args(["-c", &format!("kill -INT {}", child.id())]).status().is_ok_and(|s| s.success());
+    let sent = Command::new("bash")
+        .args(["-c", &format!("kill -INT {}", child.id())])
+        .status()
+        .is_ok_and(|s| s.success());
     if !sent {
         child.kill().unwrap();
     }
@@ -256,43 +345,131 @@ fn a_reader_that_leaves_ends_the_program_quietly() {
 #[test]
 fn a_cloud_is_baked_and_gathered_from() {
     let folder = Folder::new("cloud");
-    let baked = nearfar(&["bake", &folder.at("card.toml"), "-o", &folder.at("card.ply"), "--elements", "2000"]);
+    let baked = nearfar(&[
+        "bake",
+        &folder.at("card.toml"),
+        "-o",
+        &folder.at("card.ply"),
+        "--elements",
+        "2000",
+    ]);
     assert_eq!(code(&baked), 0, "{}", stderr(&baked));
     assert_eq!(String::from_utf8_lossy(&baked.stdout), "2000 elements, area 4.000000\n");
     let (scene, cloud, out) = (folder.at("card.toml"), folder.at("card.ply"), folder.at("ao.exr"));
-    let arguments = ["gather", &scene, "--cloud", &cloud, "-o", &out, "--channel", "occlusion,bent-normal,indirect,environment", "--traced", "16", "-q"];
+    let arguments = [
+        "gather",
+        &scene,
+        "--cloud",
+        &cloud,
+        "-o",
+        &out,
+        "--channel",
+        "occlusion,bent-normal,indirect,environment",
+        "--traced",
+        "16",
+        "-q",
+    ];
     let gathered = nearfar(&arguments);
     assert_eq!(code(&gathered), 0, "{}", stderr(&gathered));
     // A card alone occludes nothing.
-    assert!(String::from_utf8_lossy(&gathered.stdout).starts_with("occlusion against 16 rays: mean absolute error 0.0000"));
+    assert!(
+        String::from_utf8_lossy(&gathered.stdout)
+            .starts_with("occlusion against 16 rays: mean absolute error 0.0000")
+    );
     let film = read_exr(out.as_ref()).unwrap();
     let at = film.width as usize * 6 + 8;
-    assert!(film.channels["occlusion"][at] == 0.0 && film.channels["R"][at] == 1.0 && film.channels["bent.Y"][at] > 0.6);
+    assert!(
+        film.channels["occlusion"][at] == 0.0
+            && film.channels["R"][at] == 1.0
+            && film.channels["bent.Y"][at] > 0.6
+    );
     assert!((film.channels["open.R"][at] - std::f32::consts::PI).abs() < 1e-3);
 
-    let usage = nearfar(&["bake", &folder.at("card.toml"), "-o", &folder.at("x.ply"), "--channels", "colour"]);
+    let usage = nearfar(&[
+        "bake",
+        &folder.at("card.toml"),
+        "-o",
+        &folder.at("x.ply"),
+        "--channels",
+        "colour",
+    ]);
     assert_eq!(code(&usage), 2);
     assert!(stderr(&usage).contains("--channels colour: choose among none, _radiosity"));
-    assert_eq!(code(&nearfar(&["bake", &folder.at("card.toml"), "-o", &folder.at("bare.ply"), "--elements", "100", "--channels", "none", "-q"])), 0);
-    let unlit = nearfar(&["gather", &scene, "--cloud", &folder.at("bare.ply"), "-o", &out, "--channel", "indirect"]);
-    assert!(code(&unlit) == 2 && stderr(&unlit).contains("has no \"_radiosity\""), "{}", stderr(&unlit));
-    let setting = nearfar(&["render", &scene, "-o", &out, "--method", "points", "--set", "points.maxsolidangle=7"]);
-    assert!(code(&setting) == 2 && stderr(&setting).contains("points.maxsolidangle"), "{}", stderr(&setting));
+    assert_eq!(
+        code(&nearfar(&[
+            "bake",
+            &folder.at("card.toml"),
+            "-o",
+            &folder.at("bare.ply"),
+            "--elements",
+            "100",
+            "--channels",
+            "none",
+            "-q"
+        ])),
+        0
+    );
+    let unlit = nearfar(&[
+        "gather",
+        &scene,
+        "--cloud",
+        &folder.at("bare.ply"),
+        "-o",
+        &out,
+        "--channel",
+        "indirect",
+    ]);
+    assert!(
+        code(&unlit) == 2 && stderr(&unlit).contains("has no \"_radiosity\""),
+        "{}",
+        stderr(&unlit)
+    );
+    let setting = nearfar(&[
+        "render",
+        &scene,
+        "-o",
+        &out,
+        "--method",
+        "points",
+        "--set",
+        "points.maxsolidangle=7",
+    ]);
+    assert!(
+        code(&setting) == 2 && stderr(&setting).contains("points.maxsolidangle"),
+        "{}",
+        stderr(&setting)
+    );
 }
 
 #[test]
 fn a_picture_that_converges_tells_its_error() {
     let folder = Folder::new("converge");
     let (scene, out, stats) = (folder.at("card.toml"), folder.at("o.exr"), folder.at("o.json"));
-    let output = nearfar(&["render", &scene, "-o", &out, "--converge", "--spp", "16", "--stats", &stats]);
-    assert!(code(&output) == 0 && output.stdout.is_empty() && stderr(&output).contains("estimated relMSE"), "{}", stderr(&output));
+    let output =
+        nearfar(&["render", &scene, "-o", &out, "--converge", "--spp", "16", "--stats", &stats]);
+    assert!(
+        code(&output) == 0
+            && output.stdout.is_empty()
+            && stderr(&output).contains("estimated relMSE"),
+        "{}",
+        stderr(&output)
+    );
     let film = read_exr(Path::new(&out)).unwrap();
-    assert!(film.channels["samples"].iter().all(|&n| n == 16.0) && film.header.contains_key("nearfar.converge.relmse"));
-    let stats: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
+    assert!(
+        film.channels["samples"].iter().all(|&n| n == 16.0)
+            && film.header.contains_key("nearfar.converge.relmse")
+    );
+    let stats: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
     assert!(stats["converge_spp"] == 16.0 && stats["converge_relmse"].is_number());
     let stopped = nearfar(&["render", &scene, "-o", &out, "--converge", "--target-error", "1e9"]);
-    assert!(code(&stopped) == 0 && stderr(&stopped).contains("note: 8.0 samples"), "{}", stderr(&stopped));
-    let limited = nearfar(&["render", &scene, "-o", &out, "--converge", "--time-limit", "0.01", "-q"]);
+    assert!(
+        code(&stopped) == 0 && stderr(&stopped).contains("note: 8.0 samples"),
+        "{}",
+        stderr(&stopped)
+    );
+    let limited =
+        nearfar(&["render", &scene, "-o", &out, "--converge", "--time-limit", "0.01", "-q"]);
     assert!(code(&limited) == 0 && limited.stderr.is_empty(), "{}", stderr(&limited));
     for (arguments, fix) in [
         (vec!["--target-error", "0.1"], "--converge"),
@@ -300,6 +477,10 @@ fn a_picture_that_converges_tells_its_error() {
         (vec!["--converge", "--method", "path"], "nearfar reference"),
     ] {
         let output = nearfar(&[&["render", &scene, "-o", &out], &arguments[..]].concat());
-        assert!(code(&output) == 2 && stderr(&output).contains(fix), "{arguments:?}: {}", stderr(&output));
+        assert!(
+            code(&output) == 2 && stderr(&output).contains(fix),
+            "{arguments:?}: {}",
+            stderr(&output)
+        );
     }
 }

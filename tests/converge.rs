@@ -1,4 +1,5 @@
-//! The picture that converges: unbiased at weight one whatever the model, better by default, and honest about its error.
+//! The picture that converges: unbiased at weight one whatever the model, better by default, and
+//! honest about its error.
 
 use nearfar::accel::Backend;
 use nearfar::film::Film;
@@ -19,13 +20,16 @@ fn room(width: u32, height: u32) -> Scene {
 }
 
 fn trace(world: &World, seed: u64, spp: u32, earlier: Option<&Film>, run: &Run) -> Film {
-    reference(world, &PathSettings { spp, ..PathSettings::default() }, seed, run, earlier, true).unwrap().film
+    reference(world, &PathSettings { spp, ..PathSettings::default() }, seed, run, earlier, true)
+        .unwrap()
+        .film
 }
 
 /// The truth, changed as asked: a model whose error is known.
 fn model(truth: &Film, change: impl Fn(usize, Rgb) -> Rgb) -> Film {
     let mut film = truth.clone();
-    let beauty: Vec<Rgb> = truth.rgb("").unwrap().into_iter().enumerate().map(|(i, c)| change(i, c)).collect();
+    let beauty: Vec<Rgb> =
+        truth.rgb("").unwrap().into_iter().enumerate().map(|(i, c)| change(i, c)).collect();
     film.set_rgb("", &beauty);
     film
 }
@@ -33,14 +37,24 @@ fn model(truth: &Film, change: impl Fn(usize, Rgb) -> Rgb) -> Film {
 fn converge(world: &World, model: &Film, settings: &ConvergeSettings, seed: u64) -> Rendered {
     let run = Run::new(2).unwrap();
     let start = Rendered { film: model.clone(), ..Rendered::default() };
-    render(start, settings, &mut |half, earlier, spp| Ok(trace(world, 1000 + 2 * seed + half as u64, spp, earlier, &run)), &run).unwrap()
+    render(
+        start,
+        settings,
+        &mut |half, earlier, spp| {
+            Ok(trace(world, 1000 + 2 * seed + half as u64, spp, earlier, &run))
+        },
+        &run,
+    )
+    .unwrap()
 }
 
 fn relmse(film: &Film, truth: &Film) -> f64 {
     let (x, r) = (film.rgb("").unwrap(), truth.rgb("").unwrap());
     let n = 3.0 * r.len() as f64;
     let level = r.iter().map(|c| f64::from(c.element_sum())).sum::<f64>() / n;
-    let of = |x: f32, r: f32| (f64::from(x) - f64::from(r)).powi(2) / (f64::from(r).powi(2) + 0.01 * level * level);
+    let of = |x: f32, r: f32| {
+        (f64::from(x) - f64::from(r)).powi(2) / (f64::from(r).powi(2) + 0.01 * level * level)
+    };
     x.iter().zip(&r).map(|(x, r)| (0..3).map(|c| of(x[c], r[c])).sum::<f64>()).sum::<f64>() / n
 }
 
@@ -53,7 +67,9 @@ fn worst_z(size: u32, truth_spp: u32, seeds: u64, change: impl Fn(usize, Rgb) ->
     let count = (size * size) as usize;
     let (mut sum, mut square) = (vec![0.0f64; count], vec![0.0f64; count]);
     for seed in 0..seeds {
-        for (i, c) in converge(&world, &model, &settings, seed).film.rgb("").unwrap().iter().enumerate() {
+        for (i, c) in
+            converge(&world, &model, &settings, seed).film.rgb("").unwrap().iter().enumerate()
+        {
             sum[i] += f64::from(c.y);
             square[i] += f64::from(c.y).powi(2);
         }
@@ -68,10 +84,14 @@ fn worst_z(size: u32, truth_spp: u32, seeds: u64, change: impl Fn(usize, Rgb) ->
     (0..count).map(z).fold(0.0, f64::max)
 }
 
-/// Two-sided 0.1 % over 64 (256) pixels is z = 4.3 (4.6); the tails of few seeds are wider than normal.
+/// Two-sided 0.1 % over 64 (256) pixels is z = 4.3 (4.6); the tails of few seeds are wider than
+/// normal.
 #[test]
 fn weight_one_is_unbiased_whatever_the_model() {
-    for (name, z) in [("half", worst_z(8, 2048, 64, |_, c| c * 0.5)), ("stripes", worst_z(8, 2048, 64, |i, c| c + Rgb::splat((i % 3) as f32)))] {
+    for (name, z) in [
+        ("half", worst_z(8, 2048, 64, |_, c| c * 0.5)),
+        ("stripes", worst_z(8, 2048, 64, |i, c| c + Rgb::splat((i % 3) as f32))),
+    ] {
         assert!(z < 5.0, "{name}: z = {z}");
     }
 }
@@ -79,7 +99,10 @@ fn weight_one_is_unbiased_whatever_the_model() {
 #[test]
 #[ignore = "slow: 1000 renders for the Z-test"]
 fn weight_one_is_unbiased_over_many_seeds() {
-    for z in [worst_z(16, 65_536, 500, |_, c| c * 0.5), worst_z(16, 65_536, 500, |i, c| c + Rgb::splat((i % 5) as f32))] {
+    for z in [
+        worst_z(16, 65_536, 500, |_, c| c * 0.5),
+        worst_z(16, 65_536, 500, |i, c| c + Rgb::splat((i % 5) as f32)),
+    ] {
         assert!(z < 4.6, "z = {z}");
     }
 }
@@ -93,15 +116,28 @@ fn error_falls_stays_below_both_and_is_certified() {
     let model_error = relmse(&start, &truth);
     let mut errors = Vec::new();
     for spp in [8, 32, 128] {
-        let at = |weight| converge(&world, &start, &ConvergeSettings { spp, weight, ..ConvergeSettings::default() }, 3);
+        let at = |weight| {
+            converge(
+                &world,
+                &start,
+                &ConvergeSettings { spp, weight, ..ConvergeSettings::default() },
+                3,
+            )
+        };
         let (found, plain) = (at(Weight::Shrink), at(Weight::One));
         let error = relmse(&found.film, &truth);
         let best = model_error.min(relmse(&plain.film, &truth));
         let claimed = found.stats["converge_relmse"].as_f64().unwrap();
-        eprintln!("{spp} spp: {error:.5}, certified {claimed:.5}; model {model_error:.5}, path {:.5}", relmse(&plain.film, &truth));
+        eprintln!(
+            "{spp} spp: {error:.5}, certified {claimed:.5}; model {model_error:.5}, path {:.5}",
+            relmse(&plain.film, &truth)
+        );
         assert!(error < 1.25 * best, "{spp} spp: {error} against {best}");
         if spp > 8 {
-            assert!(claimed < 2.5 * error && error < 2.5 * claimed, "{spp} spp: certified {claimed}, true {error}");
+            assert!(
+                claimed < 2.5 * error && error < 2.5 * claimed,
+                "{spp} spp: certified {claimed}, true {error}"
+            );
         }
         errors.push(error);
     }
@@ -115,6 +151,7 @@ fn a_cancelled_run_is_the_model() {
     let film = trace(&world, 1, 4, None, &run);
     run.cancel_flag().store(true, std::sync::atomic::Ordering::SeqCst);
     let start = Rendered { film: film.clone(), ..Rendered::default() };
-    let kept = render(start, &ConvergeSettings::default(), &mut |_, _, _| unreachable!(), &run).unwrap();
+    let kept =
+        render(start, &ConvergeSettings::default(), &mut |_, _, _| unreachable!(), &run).unwrap();
     assert_eq!(kept.film.rgb(""), film.rgb(""));
 }

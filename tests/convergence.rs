@@ -1,4 +1,5 @@
-//! The decomposition's error against ground truth falls with each knob that spends time, and has a minimum in alpha.
+//! The decomposition's error against ground truth falls with each knob that spends time, and has a
+//! minimum in alpha.
 
 use nearfar::method::decompose::{DecomposeSettings, Length, render};
 use nearfar::method::path::{self, PathSettings};
@@ -23,14 +24,20 @@ impl Bench {
     fn new() -> Self {
         let world = world(&small_room(), *backends().last().unwrap());
         let run = Run::new(2).unwrap();
-        let film = path::render(&world, &PathSettings { spp: 2048, ..PathSettings::default() }, 1, &run).unwrap().film;
+        let film =
+            path::render(&world, &PathSettings { spp: 2048, ..PathSettings::default() }, 1, &run)
+                .unwrap()
+                .film;
         let halves = Halves(film.rgb("half0").unwrap(), film.rgb("half1").unwrap());
         Self { world, run, truth: film.rgb("").unwrap(), halves }
     }
 
     /// relMSE of the final image, mean over seeds (one picture's error is itself random).
     fn error(&self, decompose: &DecomposeSettings, photon: &PhotonSettings) -> f64 {
-        let (record, direct) = (RecordSettings { spp: 16, ..RecordSettings::default() }, DirectSettings { light_samples: 16 });
+        let (record, direct) = (
+            RecordSettings { spp: 16, ..RecordSettings::default() },
+            DirectSettings { light_samples: 16 },
+        );
         let seeds = 3;
         let one = |seed| {
             let near_cell = decompose.lengths(self.world.diagonal).near_cell;
@@ -54,21 +61,42 @@ fn settings() -> DecomposeSettings {
 /// Each entry must be at most `ratio` of the one before.
 fn falls(name: &str, errors: &[f64], ratio: f64) {
     eprintln!("{name}: {errors:.6?}");
-    assert!(errors.windows(2).all(|e| e[1] < ratio * e[0]), "{name}: {errors:?} does not fall by {ratio} a step");
+    assert!(
+        errors.windows(2).all(|e| e[1] < ratio * e[0]),
+        "{name}: {errors:?} does not fall by {ratio} a step"
+    );
 }
 
 #[test]
 fn error_falls_with_rays_photons_and_clusters_and_alpha_has_a_minimum() {
     let bench = Bench::new();
     let photon = PhotonSettings { count: 100_000, ..PhotonSettings::default() };
-    let rays = [12, 48, 192].map(|rays| bench.error(&DecomposeSettings { rays, ..settings() }, &photon));
+    let rays =
+        [12, 48, 192].map(|rays| bench.error(&DecomposeSettings { rays, ..settings() }, &photon));
     falls("rays 12, 48, 192", &rays, 0.7);
-    let photons = [300, 3000, 30_000].map(|count| bench.error(&settings(), &PhotonSettings { count, estimate: Estimate::Cells, ..photon.clone() }));
+    let photons = [300, 3000, 30_000].map(|count| {
+        bench.error(
+            &settings(),
+            &PhotonSettings { count, estimate: Estimate::Cells, ..photon.clone() },
+        )
+    });
     falls("photons 300, 3000, 30000", &photons, 0.7);
-    let radius = [24.0, 12.0, 6.0].map(|p| bench.error(&DecomposeSettings { cluster_radius: Some(Length::PercentOfDiagonal(p)), ..settings() }, &photon));
+    let radius = [24.0, 12.0, 6.0].map(|p| {
+        bench.error(
+            &DecomposeSettings { cluster_radius: Some(Length::PercentOfDiagonal(p)), ..settings() },
+            &photon,
+        )
+    });
     falls("cluster radius 24 %, 12 %, 6 %", &radius, 0.8);
     let alpha = [0.0, 6.0, 300.0].map(|p| {
-        bench.error(&DecomposeSettings { alpha: Length::PercentOfDiagonal(p), near_cell: Some(Length::PercentOfDiagonal(3.0)), ..settings() }, &photon)
+        bench.error(
+            &DecomposeSettings {
+                alpha: Length::PercentOfDiagonal(p),
+                near_cell: Some(Length::PercentOfDiagonal(3.0)),
+                ..settings()
+            },
+            &photon,
+        )
     });
     eprintln!("alpha 0, 6 %, 300 %: {alpha:.6?}");
     assert!(alpha[1] < alpha[0] && alpha[1] < alpha[2], "a middle alpha is best: {alpha:?}");

@@ -21,11 +21,13 @@ use crate::support::{backends, small_room, world};
 
 fn random_radiosity(cells: &Cells) -> CellRadiosity {
     let mut rng = Rng::new(3, Stream::Test, 0, 0);
-    let mut side = || (0..cells.len()).map(|_| Rgb::new(rng.next_f32(), rng.next_f32(), 0.5)).collect();
+    let mut side =
+        || (0..cells.len()).map(|_| Rgb::new(rng.next_f32(), rng.next_f32(), 0.5)).collect();
     CellRadiosity { front: side(), back: side(), ..CellRadiosity::default() }
 }
 
-/// Least squares with the squared-Laplacian ridge by Gaussian elimination: written apart from the library's Cholesky.
+/// Least squares with the squared-Laplacian ridge by Gaussian elimination: written apart from the
+/// library's Cholesky.
 fn fit_apart(samples: &[(Vec3, f32)], ridge: f64) -> [f64; 9] {
     let mut a = [[0.0f64; 10]; 9];
     for (w, value) in samples {
@@ -39,7 +41,8 @@ fn fit_apart(samples: &[(Vec3, f32)], ridge: f64) -> [f64; 9] {
     }
     for (i, row) in a.iter_mut().enumerate() {
         let l: f64 = [0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 2.0][i];
-        row[i] += ridge * samples.len() as f64 * (l * (l + 1.0)).powi(2) / (4.0 * std::f64::consts::PI);
+        row[i] +=
+            ridge * samples.len() as f64 * (l * (l + 1.0)).powi(2) / (4.0 * std::f64::consts::PI);
     }
     for i in 0..9 {
         let pivot = (i..9).max_by(|&p, &q| a[p][i].abs().total_cmp(&a[q][i].abs())).unwrap();
@@ -57,7 +60,8 @@ fn fit_apart(samples: &[(Vec3, f32)], ridge: f64) -> [f64; 9] {
     std::array::from_fn(|i| a[i][9] / a[i][i])
 }
 
-/// alpha = 0: nothing is near, so the method is an SH gather, here written a second time from the hits up.
+/// alpha = 0: nothing is near, so the method is an SH gather, here written a second time from the
+/// hits up.
 #[test]
 fn alpha_zero_is_a_plain_gather() {
     let scene = small_room();
@@ -73,26 +77,40 @@ fn alpha_zero_is_a_plain_gather() {
         pool_radius: Some(Length::Units(0.0)),
         ..DecomposeSettings::default()
     };
-    let samples = camera_samples(&w, &RecordSettings { spp: 1, ..RecordSettings::default() }, &Default::default(), 0, &run).unwrap();
+    let samples = camera_samples(
+        &w,
+        &RecordSettings { spp: 1, ..RecordSettings::default() },
+        &Default::default(),
+        0,
+        &run,
+    )
+    .unwrap();
     let points = &samples.points;
     let clusters = cluster::cluster(points, (0..points.len() as u32).collect(), 0.2, 0.7, 0);
     let (sh, _) = sample(&w, proxy, points, &clusters, &settings, 7, &run).unwrap();
     let field = FarField::new(&clusters, &sh, 0.3, 4.0);
     let tree = NearTree::new(proxy);
-    let found = reconstruct(&w, proxy, points, &field, Some(&tree), None, &settings, 7, &run).unwrap();
+    let found =
+        reconstruct(&w, proxy, points, &field, Some(&tree), None, &settings, 7, &run).unwrap();
 
     let apart: Vec<[f64; 9]> = (0..clusters.len())
         .map(|c| {
             let (sobol, members) = (Sobol::new(7, Stream::Far, c as u64), clusters.members_of(c));
             let hits: Vec<(Vec3, f32)> = (0..100)
                 .filter_map(|r| {
-                    let m = members[(sobol.sample_1d(r, 0) * members.len() as f32) as usize] as usize;
-                    let wi = nearfar::math::Frame::from_normal(points.ns[m]).world_from_local(sample_uniform_hemisphere(sobol.sample_2d(r, 1)));
+                    let m =
+                        members[(sobol.sample_1d(r, 0) * members.len() as f32) as usize] as usize;
+                    let wi = nearfar::math::Frame::from_normal(points.ns[m])
+                        .world_from_local(sample_uniform_hemisphere(sobol.sample_2d(r, 1)));
                     if wi.dot(points.ng[m]) <= 0.0 {
                         return None;
                     }
                     let s = w.closest(&nearfar::math::Ray::new(points.p[m], wi))?;
-                    Some((wi, radiosity.get(cells.find(s.triangle, s.u, s.v), s.side).x / std::f32::consts::PI))
+                    Some((
+                        wi,
+                        radiosity.get(cells.find(s.triangle, s.u, s.v), s.side).x
+                            / std::f32::consts::PI,
+                    ))
                 })
                 .collect();
             fit_apart(&hits, settings.ridge)
@@ -104,18 +122,34 @@ fn alpha_zero_is_a_plain_gather() {
         let (mut e, mut sum) = (0.0f64, 0.0f64);
         for (c, coefficients) in apart.iter().enumerate() {
             let d = clusters.center[c].distance(p) / 0.3;
-            let weight = if d < 1.0 { f64::from((1.0 - d * d).powi(2) * clusters.normal[c].dot(n).max(0.0).powi(4)) } else { 0.0 };
-            e += weight * (0..9).map(|k| band[[0, 1, 1, 1, 2, 2, 2, 2, 2][k]] * coefficients[k] * f64::from(basis(n)[k])).sum::<f64>();
+            let weight = if d < 1.0 {
+                f64::from((1.0 - d * d).powi(2) * clusters.normal[c].dot(n).max(0.0).powi(4))
+            } else {
+                0.0
+            };
+            e += weight
+                * (0..9)
+                    .map(|k| {
+                        band[[0, 1, 1, 1, 2, 2, 2, 2, 2][k]]
+                            * coefficients[k]
+                            * f64::from(basis(n)[k])
+                    })
+                    .sum::<f64>();
             sum += weight;
         }
         assert!(sum > 0.0);
         let expected = (e / sum).max(0.0);
-        assert!((f64::from(found[i].total.x) - expected).abs() < 1e-3 * expected.max(0.1), "{i}: {} {expected}", found[i].total.x);
+        assert!(
+            (f64::from(found[i].total.x) - expected).abs() < 1e-3 * expected.max(0.1),
+            "{i}: {} {expected}",
+            found[i].total.x
+        );
         assert_eq!(found[i].near_cells, 0);
     }
 }
 
-/// alpha = ∞ with "ignore" in a closed room: every ray passes through everything, so the sum over all facing cells is all there is.
+/// alpha = ∞ with "ignore" in a closed room: every ray passes through everything, so the sum over
+/// all facing cells is all there is.
 #[test]
 fn alpha_infinity_is_the_sum_over_all_cells() {
     let w = world(&small_room(), backends()[0]);
@@ -130,33 +164,72 @@ fn alpha_infinity_is_the_sum_over_all_cells() {
         ..DecomposeSettings::default()
     };
     let run = Run::new(2).unwrap();
-    let samples = camera_samples(&w, &RecordSettings { spp: 1, ..RecordSettings::default() }, &Default::default(), 0, &run).unwrap();
+    let samples = camera_samples(
+        &w,
+        &RecordSettings { spp: 1, ..RecordSettings::default() },
+        &Default::default(),
+        0,
+        &run,
+    )
+    .unwrap();
     let tree = NearTree::new(proxy);
     let mut rng = Rng::new(0, Stream::Near, 0, 0);
     for i in (0..samples.points.len()).step_by(53) {
         let (p, n) = (samples.points.p[i], samples.points.ns[i]);
-        let sh = sample_cluster(&w, proxy, &samples.points, &[i as u32], &settings, f32::INFINITY, 0, i as u64);
-        let (found, _) = point(&w, Some(&tree), None, &sh, p, n, &settings, f32::INFINITY, &mut rng);
+        let sh = sample_cluster(
+            &w,
+            proxy,
+            &samples.points,
+            &[i as u32],
+            &settings,
+            f32::INFINITY,
+            0,
+            i as u64,
+        );
+        let (found, _) =
+            point(&w, Some(&tree), None, &sh, p, n, &settings, f32::INFINITY, &mut rng);
         let mut expected = Rgb::ZERO;
         for c in 0..cells.len() as u32 {
             let v = cells.corners[c as usize].map(|q| q - p);
             let facing = cells.normal(&w.geometry, c).dot(-v[0]);
-            if facing.abs() <= 1e-3 * cells.near_cell || (facing < 0.0 && cells.one_sided[c as usize]) {
+            if facing.abs() <= 1e-3 * cells.near_cell
+                || (facing < 0.0 && cells.one_sided[c as usize])
+            {
                 continue;
             }
-            let side = if facing > 0.0 { nearfar::tessellate::Side::Front } else { nearfar::tessellate::Side::Back };
-            expected += radiosity.get(c, side) * (form_integral(&v, n).abs() / std::f64::consts::PI) as f32;
+            let side = if facing > 0.0 {
+                nearfar::tessellate::Side::Front
+            } else {
+                nearfar::tessellate::Side::Back
+            };
+            expected +=
+                radiosity.get(c, side) * (form_integral(&v, n).abs() / std::f64::consts::PI) as f32;
         }
-        assert!((found.total - expected).abs().max_element() < 2e-3 * expected.max_element(), "{} {expected}", found.total);
+        assert!(
+            (found.total - expected).abs().max_element() < 2e-3 * expected.max_element(),
+            "{} {expected}",
+            found.total
+        );
     }
 }
 
 fn picture(w: &World, threads: usize) -> nearfar::film::Film {
     let run = Run::new(threads).unwrap();
-    let decompose = DecomposeSettings { alpha: Length::PercentOfDiagonal(8.0), rays: 64, ..DecomposeSettings::default() };
+    let decompose = DecomposeSettings {
+        alpha: Length::PercentOfDiagonal(8.0),
+        rays: 64,
+        ..DecomposeSettings::default()
+    };
     let (photon, record, direct) = Default::default();
     let near_cell = decompose.lengths(w.diagonal).near_cell;
-    render(w, &decompose, Inputs { near_cell, photon: &photon, record: &record, direct: &direct, seed: 5 }, &run).unwrap().film
+    render(
+        w,
+        &decompose,
+        Inputs { near_cell, photon: &photon, record: &record, direct: &direct, seed: 5 },
+        &run,
+    )
+    .unwrap()
+    .film
 }
 
 #[test]
@@ -167,7 +240,13 @@ fn one_two_and_eight_threads_give_the_same_bits() {
         for threads in [2, 8] {
             let many = picture(&w, threads);
             for (name, values) in &one.channels {
-                assert!(values.iter().zip(&many.channels[name]).all(|(a, b)| a.to_bits() == b.to_bits()), "{backend:?} {threads} threads: layer {name}");
+                assert!(
+                    values
+                        .iter()
+                        .zip(&many.channels[name])
+                        .all(|(a, b)| a.to_bits() == b.to_bits()),
+                    "{backend:?} {threads} threads: layer {name}"
+                );
             }
         }
     }

@@ -1,4 +1,5 @@
-//! `--denoise oidn` as a user types it: refused with a fix where the library is missing, less error where it is there.
+//! `--denoise oidn` as a user types it: refused with a fix where the library is missing, less error
+//! where it is there.
 
 use std::path::PathBuf;
 use std::process::{Command, Output};
@@ -15,14 +16,19 @@ struct Folder(PathBuf);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("nearfar-denoise-{name}-{}", std::process::id()));
+        let folder =
+            std::env::temp_dir().join(format!("nearfar-denoise-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         Self(folder)
     }
     /// Renders to NAME.exr with NAME.json beside it.
     fn render(&self, name: &str, variable: Option<&str>, more: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_nearfar"));
-        command.args(["render", SCENE, "-q", "-o"]).arg(self.0.join(format!("{name}.exr"))).arg("--stats").arg(self.0.join(format!("{name}.json")));
+        command
+            .args(["render", SCENE, "-q", "-o"])
+            .arg(self.0.join(format!("{name}.exr")))
+            .arg("--stats")
+            .arg(self.0.join(format!("{name}.json")));
         if let Some(value) = variable {
             command.env(VARIABLE, value);
         }
@@ -59,11 +65,19 @@ fn without_the_library_nothing_is_rendered_and_the_fix_is_named() {
     for asked in [["--denoise", "oidn"], ["--set", "denoise=oidn"]] {
         let refused = folder.render("a", Some("/nowhere/lib"), &asked);
         let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-        assert!(refused.status.code() == Some(2) && said.contains("NEARFAR_OIDN=/nowhere/lib") && said.contains("unset it"), "{said}");
+        assert!(
+            refused.status.code() == Some(2)
+                && said.contains("NEARFAR_OIDN=/nowhere/lib")
+                && said.contains("unset it"),
+            "{said}"
+        );
         assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 0);
     }
     let unknown = folder.render("a", None, &["--set", "denoise=magic"]);
-    assert!(unknown.status.code() == Some(2) && String::from_utf8_lossy(&unknown.stderr).contains("setting \"denoise\""));
+    assert!(
+        unknown.status.code() == Some(2)
+            && String::from_utf8_lossy(&unknown.stderr).contains("setting \"denoise\"")
+    );
 }
 
 #[test]
@@ -72,7 +86,9 @@ fn not_asked_for_it_changes_no_bit() {
     let common = ["--size", "24x24", "--method", "path", "--spp", "2"];
     let plain = folder.film("plain", &common);
     let none = folder.film("none", &[&common[..], &["--denoise", "none"]].concat());
-    assert!(plain.channels.keys().eq(none.channels.keys()) && !plain.channels.contains_key("noisy.R"));
+    assert!(
+        plain.channels.keys().eq(none.channels.keys()) && !plain.channels.contains_key("noisy.R")
+    );
     assert!(plain.channels.keys().all(|c| bits(&plain, c) == bits(&none, c)));
 }
 
@@ -89,19 +105,36 @@ fn path_tracing_loses_its_noise_and_keeps_it_beside() {
     let error = |film: &Film| compare(film, SCENE.as_ref(), &truth).unwrap().errors;
     let (before, after) = (error(&noisy), error(&denoised));
     // Measured: 78 times less.
-    assert!(after.relmse_trimmed < before.relmse_trimmed / 20.0, "{} to {}", before.relmse_trimmed, after.relmse_trimmed);
+    assert!(
+        after.relmse_trimmed < before.relmse_trimmed / 20.0,
+        "{} to {}",
+        before.relmse_trimmed,
+        after.relmse_trimmed
+    );
     assert!(after.bias.abs() < 0.01, "{}", after.bias);
     for c in ["R", "G", "B"] {
         assert_eq!(bits(&denoised, &format!("noisy.{c}")), bits(&noisy, c));
-        assert_eq!(bits(&denoised, &format!("noisy.half0.{c}")), bits(&noisy, &format!("half0.{c}")));
+        assert_eq!(
+            bits(&denoised, &format!("noisy.half0.{c}")),
+            bits(&noisy, &format!("half0.{c}"))
+        );
     }
     for c in ["direct.R", "indirect.G", "albedo.B", "N.X", "samples"] {
         assert_eq!(bits(&denoised, c), bits(&noisy, c), "{c}");
     }
-    assert!(!denoised.channels.contains_key("half0.R") && !denoised.channels.contains_key("variance.R"), "they are not the denoised picture's");
+    assert!(
+        !denoised.channels.contains_key("half0.R") && !denoised.channels.contains_key("variance.R"),
+        "they are not the denoised picture's"
+    );
     assert!(denoised.header["nearfar.denoiser"].starts_with("Open Image Denoise 2."));
-    let stats: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(folder.0.join("denoised.json")).unwrap()).unwrap();
-    assert!(stats["seconds"]["denoise"].as_f64().unwrap() > 0.0 && stats["denoiser"] == denoised.header["nearfar.denoiser"], "{stats}");
+    let stats: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.0.join("denoised.json")).unwrap())
+            .unwrap();
+    assert!(
+        stats["seconds"]["denoise"].as_f64().unwrap() > 0.0
+            && stats["denoiser"] == denoised.header["nearfar.denoiser"],
+        "{stats}"
+    );
 }
 
 #[test]
@@ -111,9 +144,29 @@ fn every_method_takes_it() {
     }
     let folder = Folder::new("methods");
     for method in ["decomposition", "irradiance-cache", "gather", "path", "direct", "photon-map"] {
-        let film =
-            folder.film(method, &["--size", "24x24", "--spp", "2", "--set", "photon.count=1000", "--method", method, "--denoise", "oidn", "--aov", "noisy"]);
-        assert!(film.channels.len() >= 6 && film.channels.contains_key("noisy.R") && !film.channels.contains_key("albedo.R"), "{method}");
+        let film = folder.film(
+            method,
+            &[
+                "--size",
+                "24x24",
+                "--spp",
+                "2",
+                "--set",
+                "photon.count=1000",
+                "--method",
+                method,
+                "--denoise",
+                "oidn",
+                "--aov",
+                "noisy",
+            ],
+        );
+        assert!(
+            film.channels.len() >= 6
+                && film.channels.contains_key("noisy.R")
+                && !film.channels.contains_key("albedo.R"),
+            "{method}"
+        );
         assert!(film.channels.values().flatten().all(|v| v.is_finite()), "{method}");
         assert_ne!(bits(&film, "R"), bits(&film, "noisy.R"), "{method}");
     }

@@ -12,7 +12,8 @@ struct Folder(PathBuf);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("nearfar-export-{name}-{}", std::process::id()));
+        let folder =
+            std::env::temp_dir().join(format!("nearfar-export-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         Self(folder)
     }
@@ -25,7 +26,13 @@ impl Drop for Folder {
 }
 
 fn export(scene: &Path, folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_nearfar")).arg("export").arg(scene).arg("-o").arg(folder).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_nearfar"))
+        .arg("export")
+        .arg(scene)
+        .arg("-o")
+        .arg(folder)
+        .output()
+        .unwrap()
 }
 
 /// Vertices and faces by the header, whose size must be that of the file.
@@ -33,13 +40,26 @@ fn counts(path: &Path) -> (usize, usize) {
     let bytes = std::fs::read(path).unwrap();
     let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     let header = std::str::from_utf8(&bytes[..end]).unwrap();
-    let count = |what: &str| header.lines().find_map(|l| l.strip_prefix(&format!("element {what} "))).unwrap().parse::<usize>().unwrap();
+    let count = |what: &str| {
+        header
+            .lines()
+            .find_map(|l| l.strip_prefix(&format!("element {what} ")))
+            .unwrap()
+            .parse::<usize>()
+            .unwrap()
+    };
     let floats = header.matches("property float ").count();
-    assert_eq!(bytes.len() - end, count("vertex") * floats * 4 + count("face") * 13, "{}", path.display());
+    assert_eq!(
+        bytes.len() - end,
+        count("vertex") * floats * 4 + count("face") * 13,
+        "{}",
+        path.display()
+    );
     (count("vertex"), count("face"))
 }
 
-/// Reads `folder/scene.xml`: `(types of what carries one, triangles of all meshes)`; every file named is there, every material referred to described.
+/// Reads `folder/scene.xml`: `(types of what carries one, triangles of all meshes)`; every file
+/// named is there, every material referred to described.
 fn read(folder: &Path) -> (Vec<String>, usize) {
     let text = std::fs::read_to_string(folder.join("scene.xml")).unwrap();
     let document = Document::parse(&text).unwrap();
@@ -54,9 +74,14 @@ fn read(folder: &Path) -> (Vec<String>, usize) {
         }
     }
     for node in document.descendants().filter(|n| n.has_tag_name("ref")) {
-        assert!(document.descendants().any(|n| n.has_tag_name("bsdf") && n.attribute("id") == node.attribute("id")));
+        assert!(
+            document
+                .descendants()
+                .any(|n| n.has_tag_name("bsdf") && n.attribute("id") == node.attribute("id"))
+        );
     }
-    let types = document.descendants().filter_map(|n| n.attribute("type")).map(str::to_owned).collect();
+    let types =
+        document.descendants().filter_map(|n| n.attribute("type")).map(str::to_owned).collect();
     (types, triangles)
 }
 
@@ -69,11 +94,19 @@ fn the_cornell_box_is_complete() {
     let folder = Folder::new("cornell");
     let output = export(&Path::new(SCENES).join("cornell-box/cornell-box.toml"), &folder.0);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), folder.0.join("scene.xml").display().to_string());
+    assert_eq!(
+        String::from_utf8_lossy(&output.stdout).trim(),
+        folder.0.join("scene.xml").display().to_string()
+    );
     let (types, triangles) = read(&folder.0);
-    let faces = std::fs::read_to_string(Path::new(SCENES).join("cornell-box/cornell-box.obj")).unwrap();
+    let faces =
+        std::fs::read_to_string(Path::new(SCENES).join("cornell-box/cornell-box.obj")).unwrap();
     // A face of n corners is n - 2 triangles.
-    let expected: usize = faces.lines().filter_map(|l| l.strip_prefix("f ")).map(|f| f.split_whitespace().count() - 2).sum();
+    let expected: usize = faces
+        .lines()
+        .filter_map(|l| l.strip_prefix("f "))
+        .map(|f| f.split_whitespace().count() - 2)
+        .sum();
     assert_eq!(triangles, expected);
     assert!(has(&types, "area") > 0 && has(&types, "perspective") == 1);
 }
@@ -87,8 +120,12 @@ fn textures_masks_and_every_light_have_their_counterpart() {
         "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nvt 0 0\nvt 0 1\nvt 1 1\nvt 1 0\nusemtl card\nf 1/1 2/2 3/3 4/4\nusemtl glow\nf 1/1 2/2 3/3\n",
     )
     .unwrap();
-    image::RgbImage::from_fn(4, 4, |x, y| image::Rgb([60 * x as u8, 60 * y as u8, 128])).save(at("paint.png")).unwrap();
-    image::GrayImage::from_fn(4, 4, |x, _| image::Luma([if x < 2 { 255 } else { 0 }])).save(at("holes.png")).unwrap();
+    image::RgbImage::from_fn(4, 4, |x, y| image::Rgb([60 * x as u8, 60 * y as u8, 128]))
+        .save(at("paint.png"))
+        .unwrap();
+    image::GrayImage::from_fn(4, 4, |x, _| image::Luma([if x < 2 { 255 } else { 0 }]))
+        .save(at("holes.png"))
+        .unwrap();
     let lights = [
         "type = \"sun\"\ndirection_to_sun = [0, 1, 0]\nirradiance = [1, 1, 1]",
         "type = \"sun\"\ndirection_to_sun = [1, 1, 0]\nirradiance = [1, 1, 1]\nangular_radius_deg = 0.3",
@@ -113,7 +150,17 @@ fn textures_masks_and_every_light_have_their_counterpart() {
     let text = std::fs::read_to_string(at("out").join("scene.xml")).unwrap();
     assert!(text.contains(r#"name="integrator" value="volpath""#), "light passes masks");
     // The mask and the albedo; a disc for the wide sun; areas: glow, quad, sphere, disc.
-    for (word, count) in [("bitmap", 2), ("mask", 1), ("directional", 1), ("disk", 1), ("constant", 1), ("point", 1), ("spot", 1), ("sphere", 1), ("area", 4)] {
+    for (word, count) in [
+        ("bitmap", 2),
+        ("mask", 1),
+        ("directional", 1),
+        ("disk", 1),
+        ("constant", 1),
+        ("point", 1),
+        ("spot", 1),
+        ("sphere", 1),
+        ("area", 4),
+    ] {
         assert_eq!(has(&types, word), count, "{word}");
     }
 }
@@ -123,7 +170,8 @@ fn a_folder_that_cannot_be_made_is_named() {
     let folder = Folder::new("refused");
     let file = folder.0.join("taken");
     std::fs::write(&file, "").unwrap();
-    let output = export(&Path::new(SCENES).join("masked-card/masked-card.toml"), &file.join("below"));
+    let output =
+        export(&Path::new(SCENES).join("masked-card/masked-card.toml"), &file.join("below"));
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("taken"));
     assert!(output.stdout.is_empty());

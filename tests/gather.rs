@@ -34,7 +34,8 @@ fn furnace() {
     assert_eq!(stats.gathered, cells.len(), "everything is seen, backs are not");
     assert!(stats.residual < 1e-3 && stats.sweeps < gather().gather_sweeps);
     let expected = albedo * PI * le / (1.0 - albedo);
-    // Direct light of emitters that touch the lit wall has a heavy tail (1/d² at the edge): it is the noise here, most in the corners.
+    // Direct light of emitters that touch the lit wall has a heavy tail (1/d² at the edge): it is
+    // the noise here, most in the corners.
     let mean = mean_indirect(&cells, &r, Side::Front).x;
     assert!((mean / expected - 1.0).abs() < 0.02, "{mean} {expected}");
     let mut squares = 0.0;
@@ -63,7 +64,8 @@ fn integrating_sphere() {
 
 #[test]
 fn a_dark_room_stays_dark() {
-    // Two rooms of their own triangles, between them one sheet without thickness; the lamp is in the first, the camera in the second.
+    // Two rooms of their own triangles, between them one sheet without thickness; the lamp is in
+    // the first, the camera in the second.
     let mut walls = room(Vec3::ZERO, Vec3::ONE);
     walls.remove(4);
     walls.extend(room(Vec3::X, Vec3::new(2.0, 1.0, 1.0)));
@@ -78,12 +80,14 @@ fn a_dark_room_stays_dark() {
             for (side, sign) in [(Side::Front, 1.0), (Side::Back, -1.0)] {
                 let p = cells.centroids[c as usize] + n * (sign * 0.01);
                 let inside = p.cmpgt(Vec3::ZERO).all() && p.cmplt(Vec3::new(2.0, 1.0, 1.0)).all();
-                // Sides that nothing reached are blurred photons: within their radius of the sheet they may borrow from the first room.
+                // Sides that nothing reached are blurred photons: within their radius of the sheet
+                // they may borrow from the first room.
                 if eye < 1.0 && (1.0..1.2).contains(&p.x) {
                     continue;
                 }
                 if !inside || p.x > 1.0 {
-                    // A start within rounding of the sheet may lie on its wrong side: a ray in 100 000. Lit sides have about 1.
+                    // A start within rounding of the sheet may lie on its wrong side: a ray in 100
+                    // 000. Lit sides have about 1.
                     assert!(r.get(c, side).x < 1e-3, "side {side:?} at {p}: {}", r.get(c, side));
                 } else {
                     sums[0] += r.indirect(c, side).x * cells.area(c);
@@ -143,7 +147,8 @@ fn buried_area_does_not_dilute() {
         sum / truth
     };
     let (gathered, counted) = (found(Estimate::Gather), found(Estimate::Cells));
-    // Noise of 8 · 1000 paths about 1 %; the gather weighs the visible part by how it is seen, not by area.
+    // Noise of 8 · 1000 paths about 1 %; the gather weighs the visible part by how it is seen, not
+    // by area.
     assert!((gathered - 1.0).abs() < 0.05, "{gathered}");
     assert!(counted < 0.7, "photons alone see all of it: {counted}");
 }

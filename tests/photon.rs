@@ -1,10 +1,14 @@
-//! The proxy against closed forms: stored power, density at edges and corners, furnace, integrating sphere, sheets and walls.
+//! The proxy against closed forms: stored power, density at edges and corners, furnace, integrating
+//! sphere, sheets and walls.
 
 use std::f32::consts::PI;
 
 use glam::Vec3;
 use nearfar::accel::Backend;
-use nearfar::photon::{CellRadiosity, Estimate, Photon, PhotonMap, PhotonSettings, ProxyStats, SurfaceIndex, solve, trace};
+use nearfar::photon::{
+    CellRadiosity, Estimate, Photon, PhotonMap, PhotonSettings, ProxyStats, SurfaceIndex, solve,
+    trace,
+};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 use nearfar::sampling::{Rng, Stream};
@@ -15,8 +19,16 @@ use nearfar::tessellate::{Cells, Geometry, Side};
 /// Parallelograms (corner, edge1, edge2), front along edge1 × edge2, all of material `material`.
 pub(crate) fn quads(list: &[(Vec3, Vec3, Vec3)], material: u32, sides: Sides) -> Mesh {
     let positions = list.iter().flat_map(|&(c, a, b)| [c, c + a, c + a + b, c + b]).collect();
-    let triangles: Vec<[u32; 3]> = (0..list.len() as u32).flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]).collect();
-    Mesh { positions, materials: vec![material; triangles.len()], triangles, sides, ..Mesh::default() }
+    let triangles: Vec<[u32; 3]> = (0..list.len() as u32)
+        .flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]])
+        .collect();
+    Mesh {
+        positions,
+        materials: vec![material; triangles.len()],
+        triangles,
+        sides,
+        ..Mesh::default()
+    }
 }
 
 /// The six walls of a box with corners `low` and `high`, fronts inwards.
@@ -31,10 +43,20 @@ pub(crate) fn gray(albedo: f32) -> Material {
 }
 
 fn world(meshes: Vec<Mesh>, materials: Vec<Material>, lights: Vec<Light>) -> World {
-    World::new(&Scene { meshes, materials, lights, ..Scene::default() }, Backend::Bvh, &Run::new(2).unwrap()).unwrap()
+    World::new(
+        &Scene { meshes, materials, lights, ..Scene::default() },
+        Backend::Bvh,
+        &Run::new(2).unwrap(),
+    )
+    .unwrap()
 }
 
-pub(crate) fn solved(world: &World, near_cell: f32, settings: &PhotonSettings, threads: usize) -> (Cells, CellRadiosity, ProxyStats) {
+pub(crate) fn solved(
+    world: &World,
+    near_cell: f32,
+    settings: &PhotonSettings,
+    threads: usize,
+) -> (Cells, CellRadiosity, ProxyStats) {
     let run = Run::new(threads).unwrap();
     let cells = Cells::new(&world.geometry, near_cell).unwrap();
     let (radiosity, stats) = solve(world, &cells, settings, 7, &run).unwrap();
@@ -52,7 +74,12 @@ pub(crate) fn mean_indirect(cells: &Cells, r: &CellRadiosity, side: Side) -> Rgb
 }
 
 fn few(count: u32) -> PhotonSettings {
-    PhotonSettings { count, direct_samples: 4, estimate: Estimate::Cells, ..PhotonSettings::default() }
+    PhotonSettings {
+        count,
+        direct_samples: 4,
+        estimate: Estimate::Cells,
+        ..PhotonSettings::default()
+    }
 }
 
 const BOTH: [Estimate; 2] = [Estimate::Cells, Estimate::Density];
@@ -60,7 +87,11 @@ const BOTH: [Estimate; 2] = [Estimate::Cells, Estimate::Density];
 #[test]
 fn plane_edge_and_corner() {
     // method.md I.12: uniform flux of 1 W/m² on the unit square.
-    let scene = Scene { meshes: vec![quads(&[(Vec3::ZERO, Vec3::X, Vec3::Y)], 0, Sides::Two)], materials: vec![gray(0.5)], ..Scene::default() };
+    let scene = Scene {
+        meshes: vec![quads(&[(Vec3::ZERO, Vec3::X, Vec3::Y)], 0, Sides::Two)],
+        materials: vec![gray(0.5)],
+        ..Scene::default()
+    };
     let geometry = Geometry::new(&scene);
     let cells = Cells::new(&geometry, 0.07).unwrap();
     let (n, sets, k) = (4000, 300, 50u32);
@@ -73,8 +104,15 @@ fn plane_edge_and_corner() {
         let photons: Vec<Photon> = (0..n)
             .map(|_| {
                 let p = rng.next_2d();
-                let (triangle, u, v) = if p.y < p.x { (0, p.x - p.y, p.y) } else { (1, p.x, p.y - p.x) };
-                Photon::new(p.extend(0.0), Rgb::splat(1.0 / n as f32), -Vec3::Z, cells.find(triangle, u, v), Side::Front)
+                let (triangle, u, v) =
+                    if p.y < p.x { (0, p.x - p.y, p.y) } else { (1, p.x, p.y - p.x) };
+                Photon::new(
+                    p.extend(0.0),
+                    Rgb::splat(1.0 / n as f32),
+                    -Vec3::Z,
+                    cells.find(triangle, u, v),
+                    Side::Front,
+                )
             })
             .collect();
         let area = (0..cells.len() as u32).map(|c| cells.area(c)).collect();
@@ -83,19 +121,29 @@ fn plane_edge_and_corner() {
         for (i, &p) in places.iter().enumerate() {
             for (j, correct) in [false, true].into_iter().enumerate() {
                 corrected.boundary_correction = correct;
-                let e = f64::from(map.irradiance(&index, p, Vec3::Z, &corrected, 0.5, &mut Vec::new()).x);
+                let e = f64::from(
+                    map.irradiance(&index, p, Vec3::Z, &corrected, 0.5, &mut Vec::new()).x,
+                );
                 sums[j][i] += e / sets as f64;
                 if i == 0 && j == 0 {
                     squares += (e - 1.0).powi(2) / sets as f64;
                 }
             }
         }
-        assert_eq!(map.irradiance(&index, places[0], -Vec3::Z, &corrected, 0.5, &mut Vec::new()), Rgb::ZERO, "the other side is dark");
+        assert_eq!(
+            map.irradiance(&index, places[0], -Vec3::Z, &corrected, 0.5, &mut Vec::new()),
+            Rgb::ZERO,
+            "the other side is dark"
+        );
     }
     // Standard error of a mean of `sets` estimates of relative deviation 1/√(k−1); 4 of them.
     let bound = 4.0 / (f64::from(k - 1) * sets as f64).sqrt();
     for (i, truth) in [1.0, 0.5, 0.25].into_iter().enumerate() {
-        assert!((sums[0][i] / truth - 1.0).abs() < bound, "uncorrected {i}: {} not {truth}", sums[0][i]);
+        assert!(
+            (sums[0][i] / truth - 1.0).abs() < bound,
+            "uncorrected {i}: {} not {truth}",
+            sums[0][i]
+        );
         assert!((sums[1][i] - 1.0).abs() < bound, "corrected {i}: {}", sums[1][i]);
     }
     let deviation = squares.sqrt() * f64::from(k - 1).sqrt();
@@ -106,7 +154,8 @@ fn plane_edge_and_corner() {
 fn stored_power_is_the_albedo_series() {
     let albedo = Rgb::new(0.7, 0.5, 0.2);
     let walls = quads(&room(Vec3::ZERO, Vec3::new(1.0, 2.0, 1.5)), 0, Sides::One);
-    let lamp = Light::Point { position: Vec3::new(0.3, 1.2, 0.8), intensity: Rgb::new(1.0, 2.0, 3.0) };
+    let lamp =
+        Light::Point { position: Vec3::new(0.3, 1.2, 0.8), intensity: Rgb::new(1.0, 2.0, 3.0) };
     let w = world(vec![walls], vec![Material { albedo, ..Material::default() }], vec![lamp]);
     let cells = Cells::new(&w.geometry, 0.3).unwrap();
     let count = 1 << 16;
@@ -114,17 +163,26 @@ fn stored_power_is_the_albedo_series() {
     let emitted = Rgb::new(1.0, 2.0, 3.0) * (4.0 * PI);
     assert!(((traced.emitted_flux / emitted) - Rgb::ONE).abs().max_element() < 1e-3);
     let stored: Rgb = traced.photons.iter().map(|p| p.flux).sum();
-    // Direct light is not stored: ρ + ρ² + … Roulette by the brightest channel leaves per path a deviation of a few times its mean.
+    // Direct light is not stored: ρ + ρ² + … Roulette by the brightest channel leaves per path a
+    // deviation of a few times its mean.
     let expected = emitted * albedo / (Rgb::ONE - albedo);
-    assert!((stored / expected - Rgb::ONE).abs().max_element() < 4.0 * 2.0 / (count as f32).sqrt(), "{stored} {expected}");
+    assert!(
+        (stored / expected - Rgb::ONE).abs().max_element() < 4.0 * 2.0 / (count as f32).sqrt(),
+        "{stored} {expected}"
+    );
     assert!(traced.photons.iter().all(|p| p.side() == Side::Front));
-    assert!(traced.photons.iter().all(|p| p.incident.dot(cells.normal(&w.geometry, p.cell())) < 0.0));
+    assert!(
+        traced.photons.iter().all(|p| p.incident.dot(cells.normal(&w.geometry, p.cell())) < 0.0)
+    );
     let energy: f64 = traced.photons.iter().map(|p| f64::from(p.flux.x)).sum();
     for estimate in BOTH {
         let (cells, r, stats) = solved(&w, 0.3, &PhotonSettings { estimate, ..few(count) }, 2);
         let area: f32 = (0..cells.len() as u32).map(|c| cells.area(c)).sum();
         let found = mean_indirect(&cells, &r, Side::Front).x * area;
-        assert!((f64::from(found) / energy - 1.0).abs() < 0.02, "{estimate:?}: {found} W of {energy} W");
+        assert!(
+            (f64::from(found) / energy - 1.0).abs() < 0.02,
+            "{estimate:?}: {found} W of {energy} W"
+        );
         assert_eq!(stats.sides, cells.len(), "backs of a closed room are skipped");
     }
 }
@@ -133,19 +191,34 @@ fn stored_power_is_the_albedo_series() {
 fn furnace() {
     let (le, albedo) = (2.0, 0.6);
     let walls = quads(&room(Vec3::ZERO, Vec3::ONE), 0, Sides::One);
-    let w = world(vec![walls], vec![Material { emission: Rgb::splat(le), ..gray(albedo) }], Vec::new());
+    let w =
+        world(vec![walls], vec![Material { emission: Rgb::splat(le), ..gray(albedo) }], Vec::new());
     for estimate in BOTH {
-        let (cells, r, _) = solved(&w, 0.2, &PhotonSettings { estimate, neighbours: 200, direct_samples: 64, ..few(1 << 17) }, 2);
+        let (cells, r, _) = solved(
+            &w,
+            0.2,
+            &PhotonSettings { estimate, neighbours: 200, direct_samples: 64, ..few(1 << 17) },
+            2,
+        );
         // E = πLe/(1 − ρ), of which πLe is direct; emission itself is left out.
         let expected = PI * le / (1.0 - albedo);
-        let mean = (0..cells.len() as u32).map(|c| r.get(c, Side::Front).x).sum::<f32>() / cells.len() as f32;
+        let mean = (0..cells.len() as u32).map(|c| r.get(c, Side::Front).x).sum::<f32>()
+            / cells.len() as f32;
         let indirect = mean_indirect(&cells, &r, Side::Front).x;
-        assert!((indirect / (albedo * expected) - 1.0).abs() < 0.01, "{estimate:?}: indirect {indirect}");
-        // Direct light of emitters that touch the lit wall has a heavy tail (1/d² at the corner): its mean over 57 000 rays is good to 3 %.
+        assert!(
+            (indirect / (albedo * expected) - 1.0).abs() < 0.01,
+            "{estimate:?}: indirect {indirect}"
+        );
+        // Direct light of emitters that touch the lit wall has a heavy tail (1/d² at the corner):
+        // its mean over 57 000 rays is good to 3 %.
         assert!((mean / (albedo * expected) - 1.0).abs() < 0.03, "{estimate:?}: {mean}");
         for c in 0..cells.len() as u32 {
             // 5 deviations of about 1/√200 on the indirect part.
-            assert!((r.indirect(c, Side::Front).x / (expected * albedo) - 1.0).abs() < 5.0 / 200f32.sqrt(), "{estimate:?}");
+            assert!(
+                (r.indirect(c, Side::Front).x / (expected * albedo) - 1.0).abs()
+                    < 5.0 / 200f32.sqrt(),
+                "{estimate:?}"
+            );
             assert_eq!(r.get(c, Side::Back), Rgb::ZERO);
         }
     }
@@ -179,16 +252,22 @@ pub(crate) fn hollow_sphere(n: u32, radius: f32) -> Mesh {
 fn integrating_sphere() {
     // method.md I.10: the indirect irradiance is the same everywhere. The lamp is off centre.
     let (albedo, radius, intensity) = (0.75, 2.0, 3.0);
-    let lamp = Light::Point { position: Vec3::new(0.7, -0.4, 0.9), intensity: Rgb::splat(intensity) };
+    let lamp =
+        Light::Point { position: Vec3::new(0.7, -0.4, 0.9), intensity: Rgb::splat(intensity) };
     let w = world(vec![hollow_sphere(24, radius)], vec![gray(albedo)], vec![lamp]);
     let expected = albedo * intensity / (radius * radius * (1.0 - albedo));
     for estimate in BOTH {
-        let (cells, r, _) = solved(&w, 0.5, &PhotonSettings { estimate, neighbours: 100, ..few(40_000) }, 2);
+        let (cells, r, _) =
+            solved(&w, 0.5, &PhotonSettings { estimate, neighbours: 100, ..few(40_000) }, 2);
         let mean = mean_indirect(&cells, &r, Side::Front).x;
         // The polyhedron's area is 0.6 % below the sphere's; noise of 40 000 paths about 0.5 %.
         assert!((mean / expected - 1.0).abs() < 0.02, "{estimate:?}: {mean} {expected}");
         for c in 0..cells.len() as u32 {
-            assert!((r.indirect(c, Side::Front).x / expected - 1.0).abs() < 0.5, "{estimate:?}: {}", r.indirect(c, Side::Front));
+            assert!(
+                (r.indirect(c, Side::Front).x / expected - 1.0).abs() < 0.5,
+                "{estimate:?}: {}",
+                r.indirect(c, Side::Front)
+            );
         }
     }
 }
@@ -201,7 +280,12 @@ fn thin_wall_and_sheet_do_not_leak() {
     let lamp = Light::Point { position: Vec3::new(0.5, 0.6, 0.4), intensity: Rgb::ONE };
     let w = world(vec![quads(&walls, 0, Sides::Two)], vec![gray(0.7)], vec![lamp]);
     for estimate in BOTH {
-        let (cells, r, _) = solved(&w, 0.1, &PhotonSettings { estimate, neighbours: 200, max_radius: 0.2, ..few(20_000) }, 2);
+        let (cells, r, _) = solved(
+            &w,
+            0.1,
+            &PhotonSettings { estimate, neighbours: 200, max_radius: 0.2, ..few(20_000) },
+            2,
+        );
         let mut lit = 0;
         for c in 0..cells.len() as u32 {
             let n = cells.normal(&w.geometry, c);
@@ -212,7 +296,11 @@ fn thin_wall_and_sheet_do_not_leak() {
                 if !inside {
                     assert_eq!(r.get(c, side), Rgb::ZERO, "outside is dark");
                 } else if n.x.abs() > 0.5 || !(0.9..1.5).contains(&p.x) {
-                    assert_eq!(r.get(c, side).x > 0.0, p.x < 1.0, "{estimate:?}: side {side:?} at {p}");
+                    assert_eq!(
+                        r.get(c, side).x > 0.0,
+                        p.x < 1.0,
+                        "{estimate:?}: side {side:?} at {p}"
+                    );
                     lit += i32::from(p.x < 1.0);
                 }
             }
@@ -224,15 +312,20 @@ fn thin_wall_and_sheet_do_not_leak() {
 #[test]
 fn sky_is_indirect_and_lights_both_sides() {
     let sheet = quads(&[(Vec3::ZERO, Vec3::X, Vec3::Y)], 0, Sides::Two);
-    let w = world(vec![sheet], vec![gray(0.5)], vec![Light::Sky { radiance: Rgb::new(1.0, 2.0, 4.0) }]);
+    let w =
+        world(vec![sheet], vec![gray(0.5)], vec![Light::Sky { radiance: Rgb::new(1.0, 2.0, 4.0) }]);
     for estimate in BOTH {
-        let (cells, r, _) = solved(&w, 0.1, &PhotonSettings { estimate, max_radius: 0.5, ..few(1 << 16) }, 2);
+        let (cells, r, _) =
+            solved(&w, 0.1, &PhotonSettings { estimate, max_radius: 0.5, ..few(1 << 16) }, 2);
         for side in [Side::Front, Side::Back] {
             let e = mean_indirect(&cells, &r, side) / Rgb::new(1.0, 2.0, 4.0) / PI;
             assert!((e - Rgb::ONE).abs().max_element() < 0.03, "{estimate:?} {side:?}: {e}");
         }
         let c = cells.len() as u32 / 2;
-        assert!((r.get(c, Side::Front) - r.indirect(c, Side::Front) * 0.5).length() < 1e-5, "no direct light from the sky");
+        assert!(
+            (r.get(c, Side::Front) - r.indirect(c, Side::Front) * 0.5).length() < 1e-5,
+            "no direct light from the sky"
+        );
     }
 }
 
@@ -240,8 +333,17 @@ fn sky_is_indirect_and_lights_both_sides() {
 fn direct_light_is_exact() {
     // method.md I.1 at a small cell below the lamp's corner.
     let (a, b, h, size) = (1.3, 0.7, 0.9, 0.01);
-    let floor = quads(&[(Vec3::new(-size, -size, 0.0), Vec3::X * 2.0 * size, Vec3::Y * 2.0 * size)], 0, Sides::Two);
-    let lamp = Light::Quad { corner: Vec3::new(0.0, 0.0, h), edge1: Vec3::Y * b, edge2: Vec3::X * a, radiance: Rgb::new(1.0, 2.0, 3.0) };
+    let floor = quads(
+        &[(Vec3::new(-size, -size, 0.0), Vec3::X * 2.0 * size, Vec3::Y * 2.0 * size)],
+        0,
+        Sides::Two,
+    );
+    let lamp = Light::Quad {
+        corner: Vec3::new(0.0, 0.0, h),
+        edge1: Vec3::Y * b,
+        edge2: Vec3::X * a,
+        radiance: Rgb::new(1.0, 2.0, 3.0),
+    };
     let w = world(vec![floor], vec![gray(0.5)], vec![lamp]);
     let (_, r, _) = solved(&w, 1.0, &PhotonSettings { direct_samples: 4096, ..few(1000) }, 1);
     let mean = (r.get(0, Side::Front) + r.get(1, Side::Front)) / 2.0;
@@ -254,9 +356,15 @@ fn direct_light_is_exact() {
 fn same_bits_for_any_thread_count() {
     let lights = vec![
         Light::Point { position: Vec3::new(0.5, 0.6, 0.4), intensity: Rgb::ONE },
-        Light::Quad { corner: Vec3::splat(0.9), edge1: -Vec3::X * 0.3, edge2: -Vec3::Z * 0.3, radiance: Rgb::ONE },
+        Light::Quad {
+            corner: Vec3::splat(0.9),
+            edge1: -Vec3::X * 0.3,
+            edge2: -Vec3::Z * 0.3,
+            radiance: Rgb::ONE,
+        },
     ];
-    let w = world(vec![quads(&room(Vec3::ZERO, Vec3::ONE), 0, Sides::One)], vec![gray(0.6)], lights);
+    let w =
+        world(vec![quads(&room(Vec3::ZERO, Vec3::ONE), 0, Sides::One)], vec![gray(0.6)], lights);
     for estimate in BOTH {
         let settings = PhotonSettings { estimate, ..few(20_000) };
         let (_, one, stats) = solved(&w, 0.05, &settings, 1);
@@ -269,7 +377,11 @@ fn same_bits_for_any_thread_count() {
 
 #[test]
 fn interruption_is_an_error() {
-    let w = world(vec![quads(&room(Vec3::ZERO, Vec3::ONE), 0, Sides::One)], vec![gray(0.6)], Vec::new());
+    let w = world(
+        vec![quads(&room(Vec3::ZERO, Vec3::ONE), 0, Sides::One)],
+        vec![gray(0.6)],
+        Vec::new(),
+    );
     let cells = Cells::new(&w.geometry, 0.5).unwrap();
     #[derive(Debug)]
     struct Quiet;
@@ -279,5 +391,8 @@ fn interruption_is_an_error() {
         fn end(&self) {}
     }
     let run = Run::new(1).unwrap().with_reporter(Box::new(Quiet), std::sync::Arc::new(true.into()));
-    assert!(matches!(solve(&w, &cells, &PhotonSettings::default(), 1, &run), Err(nearfar::error::Error::Interrupted)));
+    assert!(matches!(
+        solve(&w, &cells, &PhotonSettings::default(), 1, &run),
+        Err(nearfar::error::Error::Interrupted)
+    ));
 }

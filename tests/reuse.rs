@@ -8,7 +8,9 @@ use nearfar::accel::Backend;
 use nearfar::film::{Film, read_exr};
 use nearfar::method::decompose::near_boxes::NearBoxes;
 use nearfar::method::decompose::store::{Known, key, load, save};
-use nearfar::method::decompose::{DecomposeSettings, Length, NearNoise, picture, picture_with, plan, prepare, render, resume};
+use nearfar::method::decompose::{
+    DecomposeSettings, Length, NearNoise, picture, picture_with, plan, prepare, render, resume,
+};
 use nearfar::method::key::Key;
 use nearfar::method::stage::Inputs;
 use nearfar::photon::PhotonSettings;
@@ -28,13 +30,28 @@ struct Settings {
 
 impl Settings {
     fn new() -> Self {
-        let decompose = DecomposeSettings { alpha: Length::PercentOfDiagonal(8.0), rays: 128, ..DecomposeSettings::default() };
+        let decompose = DecomposeSettings {
+            alpha: Length::PercentOfDiagonal(8.0),
+            rays: 128,
+            ..DecomposeSettings::default()
+        };
         let photon = PhotonSettings { count: 20_000, ..PhotonSettings::default() };
-        Self { decompose, photon, record: RecordSettings { spp: 4, ..RecordSettings::default() }, direct: DirectSettings::default() }
+        Self {
+            decompose,
+            photon,
+            record: RecordSettings { spp: 4, ..RecordSettings::default() },
+            direct: DirectSettings::default(),
+        }
     }
     fn inputs(&self, w: &World) -> Inputs<'_> {
         let near_cell = self.decompose.lengths(w.diagonal).near_cell;
-        Inputs { near_cell, photon: &self.photon, record: &self.record, direct: &self.direct, seed: 5 }
+        Inputs {
+            near_cell,
+            photon: &self.photon,
+            record: &self.record,
+            direct: &self.direct,
+            seed: 5,
+        }
     }
     fn key(&self, scene: &Scene, w: &World) -> Key {
         key(Fingerprint::new(scene), &self.inputs(w), &self.decompose, w.diagonal)
@@ -44,7 +61,8 @@ impl Settings {
 struct Folder(PathBuf);
 impl Folder {
     fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("nearfar-reuse-{name}-{}", std::process::id()));
+        let folder =
+            std::env::temp_dir().join(format!("nearfar-reuse-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         Self(folder)
     }
@@ -65,7 +83,11 @@ fn bits(film: &Film) -> Vec<(String, Vec<u32>)> {
 }
 
 fn aside(camera: &Camera) -> Camera {
-    Camera { eye: camera.eye + Vec3::new(0.25, 0.1, 0.1), target: camera.target + Vec3::new(-0.3, 0.0, 0.0), ..camera.clone() }
+    Camera {
+        eye: camera.eye + Vec3::new(0.25, 0.1, 0.1),
+        target: camera.target + Vec3::new(-0.3, 0.0, 0.0),
+        ..camera.clone()
+    }
 }
 
 #[test]
@@ -82,10 +104,19 @@ fn what_is_loaded_is_what_was_saved_and_gives_the_same_picture() {
         let known = load(&file, &key, &inputs, &s.decompose).unwrap();
         assert!(known == Known::new(&first));
         let again = resume(&w, &s.decompose, inputs, known, &run).unwrap();
-        assert_eq!((again.clusters.len(), again.earlier, again.sides_added), (first.clusters.len(), first.clusters.len(), 0));
+        assert_eq!(
+            (again.clusters.len(), again.earlier, again.sides_added),
+            (first.clusters.len(), first.clusters.len(), 0)
+        );
         let fresh = picture(&w, &s.decompose, &first, 5, &run).unwrap().film;
-        assert!(bits(&picture(&w, &s.decompose, &again, 5, &run).unwrap().film) == bits(&fresh), "{backend:?}");
-        assert!(bits(&render(&w, &s.decompose, inputs, &run).unwrap().film) == bits(&fresh), "{backend:?}");
+        assert!(
+            bits(&picture(&w, &s.decompose, &again, 5, &run).unwrap().film) == bits(&fresh),
+            "{backend:?}"
+        );
+        assert!(
+            bits(&render(&w, &s.decompose, inputs, &run).unwrap().film) == bits(&fresh),
+            "{backend:?}"
+        );
     }
 }
 
@@ -97,7 +128,9 @@ fn luminances(film: &Film) -> Vec<f32> {
 fn difference(a: &Film, b: &Film) -> (f32, f32) {
     let (a, b) = (luminances(a), luminances(b));
     let mean = b.iter().sum::<f32>() / b.len() as f32;
-    let square = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2) / (b * b + 0.01 * mean * mean)).sum::<f32>() / a.len() as f32;
+    let square =
+        a.iter().zip(&b).map(|(a, b)| (a - b).powi(2) / (b * b + 0.01 * mean * mean)).sum::<f32>()
+            / a.len() as f32;
     (square, a.iter().sum::<f32>() / b.iter().sum::<f32>() - 1.0)
 }
 
@@ -121,7 +154,10 @@ fn another_camera_adds_what_it_sees_first_and_looks_as_if_fresh() {
     assert!(added > 5, "{added} clusters");
     assert!(added < fresh.clusters.len(), "{added} added, {} fresh", fresh.clusters.len());
     // What was there stays, bit for bit.
-    assert!(extended.sh[..first.sh.len()] == first.sh && extended.clusters.center[..first.sh.len()] == first.clusters.center);
+    assert!(
+        extended.sh[..first.sh.len()] == first.sh
+            && extended.clusters.center[..first.sh.len()] == first.clusters.center
+    );
     let (old, new) = (&first.stage.radiosity, &extended.stage.radiosity);
     for c in 0..old.len() {
         assert!(!old.gathered[2 * c] || (old.front[c] == new.front[c] && new.gathered[2 * c]));
@@ -139,7 +175,8 @@ fn another_camera_adds_what_it_sees_first_and_looks_as_if_fresh() {
     }
 }
 
-/// A second room, closed: rays from the first never reach it, so all of it is gathered for the camera that stands in it.
+/// A second room, closed: rays from the first never reach it, so all of it is gathered for the
+/// camera that stands in it.
 #[test]
 fn a_room_never_seen_is_gathered_then() {
     let (s, run, aside) = (Settings::new(), Run::new(2).unwrap(), Vec3::X * 3.0);
@@ -147,7 +184,12 @@ fn a_room_never_seen_is_gathered_then() {
     let mut room = Mesh { sides: Sides::Auto, ..Mesh::default() };
     cuboid(&mut room, aside, aside + 1.0, 0, true);
     scene.meshes.push(room);
-    scene.lights.push(Light::Quad { corner: aside + Vec3::new(0.4, 0.999, 0.4), edge1: Vec3::X * 0.2, edge2: Vec3::Z * 0.2, radiance: Vec3::splat(9.0) });
+    scene.lights.push(Light::Quad {
+        corner: aside + Vec3::new(0.4, 0.999, 0.4),
+        edge1: Vec3::X * 0.2,
+        edge2: Vec3::Z * 0.2,
+        radiance: Vec3::splat(9.0),
+    });
     let mut w = world(&scene, Backend::Bvh);
     let first = Known::new(&prepare(&w, &s.decompose, s.inputs(&w), &run).unwrap());
     w.camera = Camera { eye: w.camera.eye + aside, target: w.camera.target + aside, ..w.camera };
@@ -194,7 +236,10 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
         change(&mut other);
         other.key(&scene, &w)
     };
-    refused(&with(&|s| s.decompose.rays = 64), "decompose.rays is 128 there and 64 here; set them alike");
+    refused(
+        &with(&|s| s.decompose.rays = 64),
+        "decompose.rays is 128 there and 64 here; set them alike",
+    );
     refused(&with(&|s| s.decompose.alpha = Length::PercentOfDiagonal(9.0)), "decompose.alpha is");
     refused(&with(&|s| s.decompose.near_cell = Some(Length::Units(0.3))), "decompose.near_cell is");
     refused(&with(&|s| s.photon.gather_rays = 8), "photon.gather_rays is 16 there and 8 here");
@@ -250,7 +295,11 @@ fn a_planned_path_needs_nothing_more_and_threads_do_not_matter() {
             .map(|view| {
                 w.camera = view.clone();
                 prepared.look(&w, &s.decompose, s.inputs(&w), false, &run).unwrap();
-                bits(&picture_with(&w, &s.decompose, &prepared, Some(&mut boxes), 5, &run).unwrap().film)
+                bits(
+                    &picture_with(&w, &s.decompose, &prepared, Some(&mut boxes), 5, &run)
+                        .unwrap()
+                        .film,
+                )
             })
             .collect();
         assert_eq!(prepared.clusters.len(), clusters);
@@ -260,7 +309,10 @@ fn a_planned_path_needs_nothing_more_and_threads_do_not_matter() {
         frames
     };
     let frames = fly(2);
-    assert!(frames[0] == frames[1] && frames[1] != frames[2], "a camera that rests gives the same frame");
+    assert!(
+        frames[0] == frames[1] && frames[1] != frames[2],
+        "a camera that rests gives the same frame"
+    );
     assert!(fly(1) == frames && fly(8) == frames);
 }
 
@@ -278,21 +330,48 @@ fn fly_as_a_user_types_it() {
     let at = |name: &str| folder.at(name).display().to_string();
     let (path, film, stats) = (at("path.toml"), at("film"), at("fly.json"));
     let camera = nearfar::load::load(SCENE.as_ref(), &[]).unwrap().scene.camera;
-    let key = |shift: f32| format!("[[key]]\neye = {:?}\ntarget = {:?}\n", (camera.eye + Vec3::X * shift).to_array(), camera.target.to_array());
+    let key = |shift: f32| {
+        format!(
+            "[[key]]\neye = {:?}\ntarget = {:?}\n",
+            (camera.eye + Vec3::X * shift).to_array(),
+            camera.target.to_array()
+        )
+    };
     std::fs::write(&path, key(0.0) + &key(60.0)).unwrap();
-    let common = ["--size", "24x24", "--spp", "2", "--set", "photon.count=5000", "--set", "decompose.rays=64"];
-    let fly = |arguments: &[&str]| nearfar(&[&["fly", SCENE, "-o", &film], &common[..], arguments].concat());
+    let common = [
+        "--size",
+        "24x24",
+        "--spp",
+        "2",
+        "--set",
+        "photon.count=5000",
+        "--set",
+        "decompose.rays=64",
+    ];
+    let fly = |arguments: &[&str]| {
+        nearfar(&[&["fly", SCENE, "-o", &film], &common[..], arguments].concat())
+    };
     let (code, out, err) = fly(&["--path", &path, "--frames", "3", "--png", "--stats", &stats]);
     assert_eq!(code, 0, "{err}");
     assert!(out.contains("temporal variance"), "{out}");
     for i in 1..=3 {
         let frame = read_exr(&folder.at(&format!("film/frame_{i:04}.exr"))).unwrap();
-        assert!((frame.width, frame.height) == (24, 24) && frame.header["nearfar.settings"].contains("near_noise = \"world\""));
+        assert!(
+            (frame.width, frame.height) == (24, 24)
+                && frame.header["nearfar.settings"].contains("near_noise = \"world\"")
+        );
         assert!(folder.at(&format!("film/frame_{i:04}.png")).is_file());
     }
-    let stats: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
-    assert!(stats["flicker"]["temporal_variance"].as_f64().unwrap() > 0.0 && stats["flicker"]["points"].as_u64().unwrap() > 200, "{stats}");
-    assert!(stats["frames"].as_array().unwrap().len() == 3 && stats["frames"][1]["clusters_added"] == 0);
+    let stats: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
+    assert!(
+        stats["flicker"]["temporal_variance"].as_f64().unwrap() > 0.0
+            && stats["flicker"]["points"].as_u64().unwrap() > 200,
+        "{stats}"
+    );
+    assert!(
+        stats["frames"].as_array().unwrap().len() == 3 && stats["frames"][1]["clusters_added"] == 0
+    );
 
     // Kept and loaded: the same film, without photons.
     let kept = at("fly.ply");
@@ -308,7 +387,8 @@ fn fly_as_a_user_types_it() {
     let eye = camera.eye.to_array().map(|v| v.to_string()).join(",");
     let (code, _, err) = fly(&["--to-eye", &eye, "--frames", "2", "-q"]);
     assert_eq!((code, err.as_str()), (0, ""));
-    let frames = [1, 2].map(|i| bits(&read_exr(&folder.at(&format!("film/frame_{i:04}.exr"))).unwrap()));
+    let frames =
+        [1, 2].map(|i| bits(&read_exr(&folder.at(&format!("film/frame_{i:04}.exr"))).unwrap()));
     assert!(frames[0] == frames[1]);
     for (arguments, expected) in [
         (&["--frames", "2"][..], "give --path FILE.toml, or --to-eye"),
@@ -334,10 +414,22 @@ fn caches_as_a_user_types_them() {
     let (code, _, err) = run(&["-o", &b, "--load-cache", &cache, "--stats", &stats]);
     assert_eq!(code, 0, "{err}");
     assert!(bits(&read_exr(a.as_ref()).unwrap()) == bits(&read_exr(b.as_ref()).unwrap()));
-    let stats: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
-    assert!(stats["clusters_loaded"] == stats["clusters"] && stats["rays"]["photon"] == 0 && stats["rays"]["sample"].as_u64().unwrap() < 200_000, "{stats}");
+    let stats: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
+    assert!(
+        stats["clusters_loaded"] == stats["clusters"]
+            && stats["rays"]["photon"] == 0
+            && stats["rays"]["sample"].as_u64().unwrap() < 200_000,
+        "{stats}"
+    );
     let (code, _, err) = run(&["-o", &b, "--load-cache", &cache, "--set", "decompose.rays=100"]);
-    assert!(code == 2 && err.contains("c.ply: was made with other settings: decompose.rays is 384 there and 100 here"), "{err}");
+    assert!(
+        code == 2
+            && err.contains(
+                "c.ply: was made with other settings: decompose.rays is 384 there and 100 here"
+            ),
+        "{err}"
+    );
     let (code, _, err) = run(&["-o", &b, "--load-cache", &cache, "--method", "irradiance-cache"]);
     assert!(code == 2 && err.contains("is no irradiance cache"), "{err}");
     let (code, _, err) = run(&["-o", &b, "--load-cache", &cache, "--method", "path"]);

@@ -1,4 +1,5 @@
-//! The path tracer against images of an independent renderer: per-pixel Z-tests with Šidák's correction, and the mean.
+//! The path tracer against images of an independent renderer: per-pixel Z-tests with Šidák's
+//! correction, and the mean.
 
 use std::path::Path;
 
@@ -15,7 +16,8 @@ use crate::support::shared;
 /// Chance that a correct renderer fails one picture: over all channels of all pixels.
 const SIGNIFICANCE: f64 = 0.01;
 
-/// z beyond which |N(0, 1)| lies with probability `p`; by bisection on the tail's continued fraction, good for z > 2.
+/// z beyond which |N(0, 1)| lies with probability `p`; by bisection on the tail's continued
+/// fraction, good for z > 2.
 fn critical(p: f64) -> f64 {
     let tail = |z: f64| {
         let fraction = (1..60).rev().fold(z, |f, k| z + f64::from(k) / f);
@@ -44,7 +46,11 @@ enum Trust {
 }
 
 fn agrees(name: &str, spp: u32, trust: Trust) {
-    let Some((film, verdict, reference)) = judged(name, PathSettings { spp, ..PathSettings::default() }, trust) else { return };
+    let Some((film, verdict, reference)) =
+        judged(name, PathSettings { spp, ..PathSettings::default() }, trust)
+    else {
+        return;
+    };
     eprintln!("{name} at {spp} spp: {verdict}");
     if !verdict.passed() {
         keep(name, &film, &reference);
@@ -57,13 +63,18 @@ fn judged(name: &str, settings: PathSettings, trust: Trust) -> Option<(Film, Ver
     let folder = shared.join("references");
     let reference = read_exr(&folder.join(format!("{name}.exr"))).unwrap();
     let variance = read_exr(&folder.join(format!("{name}.var.exr"))).unwrap();
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/references").join(format!("{name}.toml"));
+    let scene =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/references").join(format!("{name}.toml"));
     let run = Run::new(0).unwrap();
     let world = World::new(&load(&scene, &[]).unwrap().scene, Backend::default(), &run).unwrap();
     let film = render(&world, &settings, 1, &run).unwrap().film;
-    let told: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap()).unwrap();
+    let told: serde_json::Value = serde_json::from_str(
+        &std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap(),
+    )
+    .unwrap();
     let reference_spp = told["spp"].as_f64().or(told["spp_about"].as_f64()).unwrap();
-    let ratio = if trust == Trust::Own { 0.0 } else { (reference_spp / f64::from(settings.spp)) as f32 };
+    let ratio =
+        if trust == Trust::Own { 0.0 } else { (reference_spp / f64::from(settings.spp)) as f32 };
     let verdict = verdict(&film, &reference, &variance, ratio);
     Some((film, verdict, reference))
 }
@@ -88,7 +99,8 @@ impl std::fmt::Display for Verdict {
 
 impl Verdict {
     fn passed(&self) -> bool {
-        self.share >= 0.9975 && (self.deviation.abs() < 0.003 || self.deviation.abs() < 3.0 * self.sigma)
+        self.share >= 0.9975
+            && (self.deviation.abs() < 0.003 || self.deviation.abs() < 3.0 * self.sigma)
     }
 }
 
@@ -102,9 +114,11 @@ fn verdict(film: &Film, reference: &Film, variance: &Film, samples_ratio: f32) -
     let (mut passed, mut difference, mut total, mut spread) = (0.0, 0.0, 0.0, 0.0);
     for i in 0..ours.len() {
         let d = (ours[i] - theirs[i]).as_dvec3();
-        // A few samples that all missed the light know nothing of their own variance: the reference's samples, thousands of the same
-        // kind, tell it better. The larger of both counts.
-        let v = our_variance[i].max(their_variance[i] * samples_ratio).as_dvec3() + their_variance[i].as_dvec3();
+        // A few samples that all missed the light know nothing of their own variance: the
+        // reference's samples, thousands of the same kind, tell it better. The larger of both
+        // counts.
+        let v = our_variance[i].max(their_variance[i] * samples_ratio).as_dvec3()
+            + their_variance[i].as_dvec3();
         // A picture stored in 32 bits is not better than its last digits.
         let rounding = (theirs[i].as_dvec3() * 1e-5).abs();
         passed += f64::from(u8::from((0..3).all(|c| d[c].abs() <= z * v[c].sqrt() + rounding[c])));
@@ -123,7 +137,13 @@ fn keep(name: &str, film: &Film, reference: &Film) {
     write_exr(film, &at("ours.exr"), Precision::Full).unwrap();
     write_png(film, &at("ours.png"), 1.0).unwrap();
     write_png(reference, &at("reference.png"), 1.0).unwrap();
-    let difference: Vec<Rgb> = film.rgb("").unwrap().iter().zip(reference.rgb("").unwrap()).map(|(a, b)| (*a - b).abs() * 4.0).collect();
+    let difference: Vec<Rgb> = film
+        .rgb("")
+        .unwrap()
+        .iter()
+        .zip(reference.rgb("").unwrap())
+        .map(|(a, b)| (*a - b).abs() * 4.0)
+        .collect();
     write_png_rgb(&difference, film.width, film.height, &at("difference.png"), 1.0).unwrap();
 }
 
@@ -149,14 +169,22 @@ fn veach_ajar() {
 
 #[test]
 fn the_test_sees_a_missing_bounce() {
-    let Some((_, verdict, _)) = judged("cornell", PathSettings { spp: 16, max_depth: 4, ..PathSettings::default() }, Trust::Larger) else { return };
+    let Some((_, verdict, _)) = judged(
+        "cornell",
+        PathSettings { spp: 16, max_depth: 4, ..PathSettings::default() },
+        Trust::Larger,
+    ) else {
+        return;
+    };
     assert!(!verdict.passed(), "{verdict}");
 }
 
 #[test]
 #[ignore = "slow: minutes of path tracing for every reference"]
 fn all_references_at_full_quality() {
-    for (name, spp) in [("cornell", 1024), ("sponza_day", 512), ("sponza_night", 512), ("veach_ajar", 1024)] {
+    for (name, spp) in
+        [("cornell", 1024), ("sponza_day", 512), ("sponza_night", 512), ("veach_ajar", 1024)]
+    {
         agrees(name, spp, Trust::Own);
     }
 }

@@ -1,4 +1,5 @@
-//! Every ray against every triangle, in double precision: what the other backends are tested against.
+//! Every ray against every triangle, in double precision: what the other backends are tested
+//! against.
 
 use std::sync::Arc;
 
@@ -31,7 +32,11 @@ impl BruteScene {
         let s = o - a;
         let q = s.cross(e1);
         let (u, v, t) = (s.dot(p) / det, d.dot(q) / det, e2.dot(q) / det);
-        let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > f64::from(ray.t_min) && t < f64::from(ray.t_max);
+        let inside = u >= 0.0
+            && v >= 0.0
+            && u + v <= 1.0
+            && t > f64::from(ray.t_min)
+            && t < f64::from(ray.t_max);
         let hit = Hit { t: t as f32, u: u as f32, v: v as f32, triangle };
         (inside && (!self.masked || self.geometry.exists(triangle, hit.u, hit.v))).then_some(hit)
     }
@@ -39,7 +44,9 @@ impl BruteScene {
 
 impl RayQuery for BruteScene {
     fn closest(&self, ray: &Ray) -> Option<Hit> {
-        (0..self.geometry.len() as u32).filter_map(|i| self.hit(ray, i)).min_by(|a, b| a.t.total_cmp(&b.t))
+        (0..self.geometry.len() as u32)
+            .filter_map(|i| self.hit(ray, i))
+            .min_by(|a, b| a.t.total_cmp(&b.t))
     }
     fn occluded(&self, ray: &Ray) -> bool {
         (0..self.geometry.len() as u32).any(|i| self.hit(ray, i).is_some())

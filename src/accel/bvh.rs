@@ -1,10 +1,14 @@
-//! Ray queries by a compressed eight-wide BVH in pure Rust: the crate `obvhs` builds and walks it, boxes and triangles are tested here.
+//! Ray queries by a compressed eight-wide BVH in pure Rust: the crate `obvhs` builds and walks it,
+//! boxes and triangles are tested here.
 //!
-//! Input      [`Geometry`]. Output  [`BvhScene`]: nodes of 80 B, corners in leaf order, 40 B per triangle.
-//! Method     PLOC with reinsertion (`obvhs`), converted to eight children a node with boxes in 8 bits; triangles by Woop, Benthin and Wald,
-//!            "Watertight ray/triangle intersection", JCGT 2013, with their fallback to double precision on an edge.
-//! Guarantees watertight: boxes are padded by the rounding error of both tests, so that no triangle that is hit lies in a box that is not.
-//!            Deterministic: the build is serial, and a query depends on its ray only; equal distances go to the first found.
+//! Input      [`Geometry`]. Output  [`BvhScene`]: nodes of 80 B, corners in leaf order, 40 B per
+//!            triangle.
+//! Method     PLOC with reinsertion (`obvhs`), converted to eight children a node with boxes in 8
+//!            bits; triangles by Woop, Benthin and Wald, "Watertight ray/triangle intersection",
+//!            JCGT 2013, with their fallback to double precision on an edge. Guarantees watertight:
+//!            boxes are padded by the rounding error of both tests, so that no triangle that is hit
+//!            lies in a box that is not. Deterministic: the build is serial, and a query depends on
+//!            its ray only; equal distances go to the first found.
 //! Expects    `0 ≤ t_min`; a direction of zero length or a NaN hits nothing.
 //! Cost       build O(n log n) on one thread; packets have no faster path: batches are loops.
 
@@ -27,8 +31,9 @@ use crate::tessellate::Geometry;
 
 /// Levels that a walk can hold: fixed by `obvhs`.
 const MAX_DEPTH: usize = 32;
-/// Padding of boxes in units of rounding (2⁻²³) of the largest coordinate difference: 2 for the corners of a box, 4 for the
-/// sheared corners of a triangle and the scale of the ray, doubled. Derived, not measured.
+/// Padding of boxes in units of rounding (2⁻²³) of the largest coordinate difference: 2 for the
+/// corners of a box, 4 for the sheared corners of a triangle and the scale of the ray, doubled.
+/// Derived, not measured.
 const PADDING: f32 = 12.0 * f32::EPSILON;
 
 /// A BVH over triangles.
@@ -45,11 +50,15 @@ impl BvhScene {
     /// Builds; `threads` is not used, since the build is serial.
     ///
     /// # Errors
-    /// [`Error::Accel`] when there are more triangles than can be numbered, or the tree is too deep to be walked.
+    /// [`Error::Accel`] when there are more triangles than can be numbered, or the tree is too deep
+    /// to be walked.
     pub fn build(geometry: &Arc<Geometry>, _threads: usize) -> Result<Self> {
         let geometry = Arc::clone(geometry);
         if geometry.len() >= (u32::MAX / 8) as usize {
-            return Err(Error::Accel(format!("{} triangles are more than the BVH can number", geometry.len())));
+            return Err(Error::Accel(format!(
+                "{} triangles are more than the BVH can number",
+                geometry.len()
+            )));
         }
         let triangles: Vec<Triangle> = (0..geometry.len() as u32)
             .map(|i| {
@@ -62,14 +71,18 @@ impl BvhScene {
             bvh = build_cwbvh(&triangles, BvhBuildParams::medium_build(), &mut Duration::default());
         }
         if depth(&bvh) >= MAX_DEPTH {
-            return Err(Error::Accel(format!("the BVH is {} levels deep, over the limit of {MAX_DEPTH}; use --backend embree", depth(&bvh))));
+            return Err(Error::Accel(format!(
+                "the BVH is {} levels deep, over the limit of {MAX_DEPTH}; use --backend embree",
+                depth(&bvh)
+            )));
         }
         let corners = bvh.primitive_indices.iter().map(|&i| geometry.corners(i)).collect();
         let masked = geometry.masks().is_some();
         Ok(Self { bvh, corners, geometry, masked })
     }
 
-    /// Calls `visit` with every hit in the interval that is open at the time; `visit` returns the new end of the interval.
+    /// Calls `visit` with every hit in the interval that is open at the time; `visit` returns the
+    /// new end of the interval.
     #[inline(always)]
     fn walk(&self, ray: &Ray, mut visit: impl FnMut(Hit) -> f32) {
         let Some(sheared) = Sheared::new(ray) else { return };
@@ -143,7 +156,8 @@ struct Slabs {
 
 impl Slabs {
     fn new(ray: &Ray) -> Self {
-        // A component this small moves the ray by nothing; its reciprocal must stay finite, so that 0 · ∞ never arises.
+        // A component this small moves the ray by nothing; its reciprocal must stay finite, so that
+        // 0 · ∞ never arises.
         let tiny = 1e-20;
         let inverse = |x: f32| if x.abs() < tiny { (1.0 / tiny).copysign(x) } else { 1.0 / x };
         let d = ray.dir;
@@ -167,7 +181,11 @@ impl Slabs {
         let (enter, leave) = (start - slack, start + slack);
         let mut t_in = f32x8::splat(self.t_min);
         let mut t_out = f32x8::splat(t_max);
-        let planes = [(&node.child_min_x, &node.child_max_x), (&node.child_min_y, &node.child_max_y), (&node.child_min_z, &node.child_max_z)];
+        let planes = [
+            (&node.child_min_x, &node.child_max_x),
+            (&node.child_min_y, &node.child_max_y),
+            (&node.child_min_z, &node.child_max_z),
+        ];
         for (axis, (low, high)) in planes.into_iter().enumerate() {
             let (first, last) = if self.negative[axis] { (high, low) } else { (low, high) };
             let scale = f32x8::splat(scale[axis]);

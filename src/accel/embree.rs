@@ -1,13 +1,18 @@
 //! Ray queries by Embree 4.3 or later, through [`crate::ffi::embree`].
 //!
-//! Input      [`Geometry`]: positions are copied into Embree's padded buffer, indices are shared. Output  [`EmbreeScene`].
-//! Method     one triangle mesh, build quality medium, `ROBUST`: watertight along shared edges (a ray through a vertex, exact to the last
-//!            place, is lost in some 0.6 % of cases: Embree's edge signs are rounded one by one; [`super::bvh`] loses none). Masks are asked in a filter callback
-//!            that is set only when the geometry has any.
-//! Guarantees At creation the device is checked against the headers of the build (see `ffi/README.md`); later errors cannot happen.
-//!            Hits are the same for any number of threads: they are queried one by one, and the tests compare builds of 1, 2 and 8 threads.
-//! Not        bit-equal between packet widths, between the library's versions or between CPUs: widths use different arithmetic in the last
-//!            places, and among surfaces at equal distance (a shared edge) may name another triangle. Use one width for one purpose.
+//! Input      [`Geometry`]: positions are copied into Embree's padded buffer, indices are shared.
+//!            Output  [`EmbreeScene`].
+//! Method     one triangle mesh, build quality medium, `ROBUST`: watertight along shared edges (a
+//!            ray through a vertex, exact to the last place, is lost in some 0.6 % of cases:
+//!            Embree's edge signs are rounded one by one; [`super::bvh`] loses none). Masks are
+//!            asked in a filter callback that is set only when the geometry has any. Guarantees At
+//!            creation the device is checked against the headers of the build (see
+//!            `ffi/README.md`); later errors cannot happen. Hits are the same for any number of
+//!            threads: they are queried one by one, and the tests compare builds of 1, 2 and 8
+//!            threads.
+//! Not        bit-equal between packet widths, between the library's versions or between CPUs:
+//!            widths use different arithmetic in the last places, and among surfaces at equal
+//!            distance (a shared edge) may name another triangle. Use one width for one purpose.
 //! Expects    `0 ≤ t_min`; a direction of zero length or a NaN hits nothing.
 //! Cost       a slice of rays crosses the border in one call; about 100 B per triangle.
 
@@ -48,10 +53,15 @@ impl EmbreeScene {
     /// Builds with `threads` threads (0 = all).
     ///
     /// # Errors
-    /// [`crate::error::Error::Accel`] when the library does not fit the headers of the build, has no filter functions, or has no memory left.
+    /// [`crate::error::Error::Accel`] when the library does not fit the headers of the build, has
+    /// no filter functions, or has no memory left.
     pub fn build(geometry: &Arc<Geometry>, threads: usize) -> Result<Self> {
         let device = Device::new(threads)?;
-        Ok(Self { scene: Scene::build(&device, geometry)?, bounds: geometry.bounds, version: device.version() })
+        Ok(Self {
+            scene: Scene::build(&device, geometry)?,
+            bounds: geometry.bounds,
+            version: device.version(),
+        })
     }
 
     /// Version of the library in use: major, minor, patch.

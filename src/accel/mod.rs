@@ -6,10 +6,11 @@
 //! | [`bvh`] | pure Rust (`obvhs`), the peer in timing comparisons, and the portable build |
 //! | [`brute`] | tests |
 //!
-//! World space; `t` in lengths of the ray's direction, open interval (`t_min`, `t_max`). Both faces of a triangle are hit. Masked-out
-//! points do not exist. Every backend passes the same conformance suite (`tests/conformance`).
-//! Ties: exact duplicates are removed in `tessellate`; among other equal distances (shared edges) a backend may return either triangle,
-//! but the same one in every run and for every thread count.
+//! World space; `t` in lengths of the ray's direction, open interval (`t_min`, `t_max`). Both faces
+//! of a triangle are hit. Masked-out points do not exist. Every backend passes the same conformance
+//! suite (`tests/conformance`). Ties: exact duplicates are removed in `tessellate`; among other
+//! equal distances (shared edges) a backend may return either triangle, but the same one in every
+//! run and for every thread count.
 
 pub mod brute;
 pub mod bvh;
@@ -31,7 +32,8 @@ pub trait RayQuery: Send + Sync + std::fmt::Debug {
     fn occluded(&self, ray: &Ray) -> bool;
     /// Box around the triangles.
     fn bounds(&self) -> Aabb;
-    /// Closest hits of many rays, in packets of up to `width` (1, 8, 16) where the backend has them. Slices have equal length.
+    /// Closest hits of many rays, in packets of up to `width` (1, 8, 16) where the backend has
+    /// them. Slices have equal length.
     fn closest_batch(&self, rays: &[Ray], hits: &mut [Option<Hit>], width: usize) {
         let _ = width;
         for (ray, hit) in rays.iter().zip(hits) {
@@ -48,7 +50,9 @@ pub trait RayQuery: Send + Sync + std::fmt::Debug {
 }
 
 /// Which backend answers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, clap::ValueEnum,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Backend {
     /// Embree 4.3 or later.
@@ -69,8 +73,13 @@ impl Default for Backend {
 /// Builds the backend over the geometry with `threads` threads (0 = all).
 ///
 /// # Errors
-/// [`crate::error::Error::Accel`] when Embree is missing, too old or out of memory, or not built in.
-pub fn build(backend: Backend, geometry: &Arc<Geometry>, threads: usize) -> Result<Box<dyn RayQuery>> {
+/// [`crate::error::Error::Accel`] when Embree is missing, too old or out of memory, or not built
+/// in.
+pub fn build(
+    backend: Backend,
+    geometry: &Arc<Geometry>,
+    threads: usize,
+) -> Result<Box<dyn RayQuery>> {
     match backend {
         #[cfg(feature = "embree")]
         Backend::Embree => Ok(Box::new(embree::EmbreeScene::build(geometry, threads)?)),

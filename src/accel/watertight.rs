@@ -1,8 +1,11 @@
-//! The watertight ray–triangle test of Woop, Benthin and Wald, "Watertight ray/triangle intersection", JCGT 2(1), 2013.
+//! The watertight ray–triangle test of Woop, Benthin and Wald, "Watertight ray/triangle
+//! intersection", JCGT 2(1), 2013.
 //!
-//! Computes   the ray is sheared to the z axis; the signs of the three edge functions of the sheared corners decide, with double precision where one is zero.
-//! Guarantees two triangles that share an edge (same corner positions, any winding) never both miss a ray that passes between them: the
-//!            edge functions of the shared edge are exact negatives of each other. Points on an edge belong to both. Both faces are hit.
+//! Computes   the ray is sheared to the z axis; the signs of the three edge functions of the
+//!            sheared corners decide, with double precision where one is zero. Guarantees two
+//!            triangles that share an edge (same corner positions, any winding) never both miss a
+//!            ray that passes between them: the edge functions of the shared edge are exact
+//!            negatives of each other. Points on an edge belong to both. Both faces are hit.
 //! Not        a hit for triangles seen exactly from the side, or without area.
 //! Cost       about 30 multiplications and one division for a hit.
 
@@ -33,7 +36,8 @@ impl Sheared {
     pub fn new(ray: &Ray) -> Option<Self> {
         let d = ray.dir.to_array();
         let z = ray.dir.abs().max_position();
-        let valid = d[z] != 0.0 && ray.dir.is_finite() && ray.origin.is_finite() && ray.t_min < ray.t_max;
+        let valid =
+            d[z] != 0.0 && ray.dir.is_finite() && ray.origin.is_finite() && ray.t_min < ray.t_max;
         if !valid {
             return None;
         }
@@ -41,7 +45,12 @@ impl Sheared {
         if d[z] < 0.0 {
             std::mem::swap(&mut x, &mut y);
         }
-        Some(Self { origin: ray.origin, axes: [x, y, z], shear: Vec3::new(d[x] / d[z], d[y] / d[z], 1.0 / d[z]), t_min: ray.t_min })
+        Some(Self {
+            origin: ray.origin,
+            axes: [x, y, z],
+            shear: Vec3::new(d[x] / d[z], d[y] / d[z], 1.0 / d[z]),
+            t_min: ray.t_min,
+        })
     }
 
     /// The triangle's hit with t in (`t_min`, `t_max`).
@@ -56,7 +65,8 @@ impl Sheared {
         let mut e = [c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x];
         if e[0] == 0.0 || e[1] == 0.0 || e[2] == 0.0 {
             let [a, b, c] = [a, b, c].map(Vec3::as_dvec3);
-            e = [c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x].map(|w| w as f32);
+            e = [c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x]
+                .map(|w| w as f32);
         }
         if (e[0] < 0.0 || e[1] < 0.0 || e[2] < 0.0) && (e[0] > 0.0 || e[1] > 0.0 || e[2] > 0.0) {
             return None;

@@ -34,7 +34,8 @@ pub(super) struct BakeArgs {
     /// Bounces of light; default `points.bounces`.
     #[arg(long, value_name = "N")]
     bounces: Option<u32>,
-    /// Channels to keep beside position, normal and area; "none": areas alone, no ray is shot. Default all.
+    /// Channels to keep beside position, normal and area; "none": areas alone, no ray is shot.
+    /// Default all.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     channels: Vec<String>,
     /// Write statistics as JSON.
@@ -43,20 +44,29 @@ pub(super) struct BakeArgs {
 }
 
 /// Channels that can be kept.
-const CHANNELS: [&str; 6] = ["_radiosity", "_radiosity_back", "albedo", "direct", "direct_back", "emission"];
+const CHANNELS: [&str; 6] =
+    ["_radiosity", "_radiosity_back", "albedo", "direct", "direct_back", "emission"];
 
 /// # Errors
 /// Whatever is wrong with the scene or the settings, or files that cannot be written.
 pub(super) fn write(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     let none = args.channels.iter().any(|c| c == "none");
-    if let Some(unknown) = args.channels.iter().find(|c| !CHANNELS.contains(&c.as_str()) && *c != "none") {
-        return Err(Error::Usage(format!("--channels {unknown}: choose among none, {}", CHANNELS.join(", "))));
+    if let Some(unknown) =
+        args.channels.iter().find(|c| !CHANNELS.contains(&c.as_str()) && *c != "none")
+    {
+        return Err(Error::Usage(format!(
+            "--channels {unknown}: choose among none, {}",
+            CHANNELS.join(", ")
+        )));
     }
     check_writable(&args.output)?;
     args.stats.as_deref().map_or(Ok(()), check_writable)?;
     let mut extra = Vec::new();
     if let Some(n) = args.elements {
-        extra.extend([("points.elements", Value::Integer(n as i64)), ("points.density", Value::Float(0.0))]);
+        extra.extend([
+            ("points.elements", Value::Integer(n as i64)),
+            ("points.density", Value::Float(0.0)),
+        ]);
     }
     if let Some(d) = args.density {
         extra.push(("points.density", Value::Float(d)));
@@ -65,7 +75,8 @@ pub(super) fn write(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         extra.push(("points.bounces", Value::Integer(n.into())));
     }
     if let Some(source) = args.radiosity {
-        let name = clap::ValueEnum::to_possible_value(&source).map_or_else(String::new, |v| v.get_name().to_owned());
+        let name = clap::ValueEnum::to_possible_value(&source)
+            .map_or_else(String::new, |v| v.get_name().to_owned());
         extra.push(("points.radiosity", Value::String(name)));
     }
     let job = args.scene.prepare(&extra, None, cancel)?;
@@ -74,7 +85,13 @@ pub(super) fn write(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     let mut cloud = if none {
         bake_areas(&world, &config.points, &job.run)?.0
     } else {
-        bake(&world, &config.points, ProxyInputs { near_cell: inputs.near_cell, photon: inputs.photon }, config.seed, &job.run)?
+        bake(
+            &world,
+            &config.points,
+            ProxyInputs { near_cell: inputs.near_cell, photon: inputs.photon },
+            config.seed,
+            &job.run,
+        )?
     };
     if !args.channels.is_empty() {
         cloud.channels.retain(|c| args.channels.contains(&c.name));
@@ -85,7 +102,10 @@ pub(super) fn write(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         write_cloud(
             &args.output,
             &cloud,
-            &[format!("nearfar {} bake of {scene}", env!("CARGO_PKG_VERSION")), "areas in scene units squared, light in W/m2".into()],
+            &[
+                format!("nearfar {} bake of {scene}", env!("CARGO_PKG_VERSION")),
+                "areas in scene units squared, light in W/m2".into(),
+            ],
         )?;
     }
     if !args.scene.quiet {
@@ -93,12 +113,22 @@ pub(super) fn write(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     }
     println!("{} elements, area {:.6}", cloud.len(), cloud.total_area());
     if let Some(path) = &args.stats {
-        let of_bake = [("elements", json!(cloud.len())), ("area", json!(cloud.total_area())), ("triangles", json!(world.geometry.len()))];
+        let of_bake = [
+            ("elements", json!(cloud.len())),
+            ("area", json!(cloud.total_area())),
+            ("triangles", json!(world.geometry.len())),
+        ];
         let stats = of_bake.into_iter().map(|(k, v)| (k.to_owned(), v)).collect();
-        statistics::write(&statistics::collect(&job.run, job.start.elapsed().as_secs_f64(), stats), path)?;
+        statistics::write(
+            &statistics::collect(&job.run, job.start.elapsed().as_secs_f64(), stats),
+            path,
+        )?;
     }
     if args.scene.verbose {
-        job.run.seconds().iter().for_each(|(phase, seconds)| eprintln!("{phase:>12} {seconds:8.2} s"));
+        job.run
+            .seconds()
+            .iter()
+            .for_each(|(phase, seconds)| eprintln!("{phase:>12} {seconds:8.2} s"));
     }
     Ok(())
 }

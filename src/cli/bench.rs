@@ -18,16 +18,19 @@ use crate::shading::World;
 pub(super) struct BenchArgs {
     #[command(flatten)]
     scene: SceneOptions,
-    /// The same rays through every ray backend and packet width, and through a C++ loop on Embree's own API (the default).
+    /// The same rays through every ray backend and packet width, and through a C++ loop on Embree's
+    /// own API (the default).
     #[arg(long, conflicts_with = "methods")]
     backends: bool,
-    /// Every rendering method: a sweep of its own quality knob, and what its picture costs at equal error.
+    /// Every rendering method: a sweep of its own quality knob, and what its picture costs at equal
+    /// error.
     #[arg(long)]
     methods: bool,
     /// Where the error of the decomposition sits; needs --reference.
     #[arg(long, conflicts_with_all = ["backends", "methods"], requires = "reference")]
     budget: bool,
-    /// Ground truth of --methods and --budget: same size, better with two halves (see `nearfar reference`).
+    /// Ground truth of --methods and --budget: same size, better with two halves (see `nearfar
+    /// reference`).
     #[arg(long, value_name = "REF.exr")]
     reference: Option<PathBuf>,
     /// --budget looks at every n-th pixel in x and y.
@@ -50,12 +53,20 @@ pub(super) struct BenchArgs {
 }
 
 /// Shows a report: its table, or JSON on stdout, or both with the JSON in a file.
-fn show(table: &dyn std::fmt::Display, json: &impl serde::Serialize, to: Option<&Path>) -> Result<()> {
-    let text = || serde_json::to_string_pretty(json).map_err(|e| Error::Render(format!("cannot write JSON: {e}")));
+fn show(
+    table: &dyn std::fmt::Display,
+    json: &impl serde::Serialize,
+    to: Option<&Path>,
+) -> Result<()> {
+    let text = || {
+        serde_json::to_string_pretty(json)
+            .map_err(|e| Error::Render(format!("cannot write JSON: {e}")))
+    };
     match to {
         Some(path) if path == Path::new("-") => println!("{}", text()?),
         Some(path) => {
-            std::fs::write(path, text()? + "\n").map_err(|source| Error::Io { path: path.into(), source })?;
+            std::fs::write(path, text()? + "\n")
+                .map_err(|source| Error::Io { path: path.into(), source })?;
             print!("{table}");
         }
         None => print!("{table}"),
@@ -69,13 +80,21 @@ fn show(table: &dyn std::fmt::Display, json: &impl serde::Serialize, to: Option<
 /// Whatever is wrong with the scene; [`Error::Accel`] when a backend cannot be built.
 pub(super) fn bench(args: &BenchArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     if args.rays == 0 || args.rounds == Some(0) {
-        return Err(Error::Usage("bench needs at least one ray and one round: give --rays and --rounds above 0".into()));
+        return Err(Error::Usage(
+            "bench needs at least one ray and one round: give --rays and --rounds above 0".into(),
+        ));
     }
     if let Some(path) = args.json.as_deref().filter(|p| *p != Path::new("-")) {
         check_writable(path)?;
     }
     if args.methods {
-        let report = methods::run(&args.scene, &args.sweeps, args.reference.as_deref(), args.rounds.unwrap_or(1), cancel)?;
+        let report = methods::run(
+            &args.scene,
+            &args.sweeps,
+            args.reference.as_deref(),
+            args.rounds.unwrap_or(1),
+            cancel,
+        )?;
         return show(&report, &report, args.json.as_deref());
     }
     let job = args.scene.prepare(&[], None, cancel)?;
@@ -85,7 +104,11 @@ pub(super) fn bench(args: &BenchArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         return show(&budget::Table(&rows), &rows, args.json.as_deref());
     }
     let default = BackendBenchSettings::default();
-    let settings = BackendBenchSettings { rays: args.rays, rounds: args.rounds.unwrap_or(default.rounds), seed: args.scene.seed.unwrap_or(0) };
+    let settings = BackendBenchSettings {
+        rays: args.rays,
+        rounds: args.rounds.unwrap_or(default.rounds),
+        seed: args.scene.seed.unwrap_or(0),
+    };
     let report = bench_backends(&world, &settings, &job.run)?;
     show(&report, &report, args.json.as_deref())
 }

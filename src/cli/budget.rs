@@ -15,20 +15,50 @@ pub(super) struct Table<'a>(pub(super) &'a [BudgetRow]);
 ///
 /// # Errors
 /// A reference that cannot be read or has another size; whatever stops a render.
-pub(super) fn run(job: &Job, world: &World, reference: &Path, stride: u32, gather_rays: u32) -> Result<Vec<BudgetRow>> {
+pub(super) fn run(
+    job: &Job,
+    world: &World,
+    reference: &Path,
+    stride: u32,
+    gather_rays: u32,
+) -> Result<Vec<BudgetRow>> {
     let Reference { mean, halves, .. } = read_reference(reference)?;
     let pixels = (world.camera.width * world.camera.height) as usize;
     if mean.len() != pixels {
-        return Err(Error::Usage(format!("{} is not of the size {}x{}; use --size", reference.display(), world.camera.width, world.camera.height)));
+        return Err(Error::Usage(format!(
+            "{} is not of the size {}x{}; use --size",
+            reference.display(),
+            world.camera.width,
+            world.camera.height
+        )));
     }
-    budget(world, &job.config.decompose, job.config.inputs(world.diagonal), &Truth { mean, halves }, stride, gather_rays, &job.run)
+    budget(
+        world,
+        &job.config.decompose,
+        job.config.inputs(world.diagonal),
+        &Truth { mean, halves },
+        stride,
+        gather_rays,
+        &job.run,
+    )
 }
 
 impl std::fmt::Display for Table<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        writeln!(f, "{:<34} {:>10} {:>10} {:>12} {:>9}", "part", "relMSE", "± s.e.", "less 0.1 %", "bias %")?;
+        writeln!(
+            f,
+            "{:<34} {:>10} {:>10} {:>12} {:>9}",
+            "part", "relMSE", "± s.e.", "less 0.1 %", "bias %"
+        )?;
         for BudgetRow { part, errors: e } in self.0 {
-            writeln!(f, "{part:<34} {:>10.6} {:>10.6} {:>12.6} {:>+9.3}", e.relmse, e.relmse_standard_error, e.relmse_trimmed, 100.0 * e.bias)?;
+            writeln!(
+                f,
+                "{part:<34} {:>10.6} {:>10.6} {:>12.6} {:>+9.3}",
+                e.relmse,
+                e.relmse_standard_error,
+                e.relmse_trimmed,
+                100.0 * e.bias
+            )?;
         }
         Ok(())
     }

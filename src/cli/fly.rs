@@ -1,4 +1,5 @@
-//! `nearfar fly`: the frames of a camera path, by one process that keeps proxy and clusters between them.
+//! `nearfar fly`: the frames of a camera path, by one process that keeps proxy and clusters between
+//! them.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -29,7 +30,8 @@ enum Reuse {
     /// Everything is made for all frames beforehand: nothing appears in the middle of the film.
     #[default]
     Plan,
-    /// Every frame adds what it sees first: no look ahead, small pops where something comes into view.
+    /// Every frame adds what it sees first: no look ahead, small pops where something comes into
+    /// view.
     Extend,
     /// Nothing: every frame is made as `render` would make it.
     None,
@@ -88,7 +90,11 @@ pub(super) struct FlyArgs {
 }
 
 fn parse_point(text: &str) -> std::result::Result<Vec3, String> {
-    let numbers: Vec<f32> = text.split(',').filter_map(|t| t.trim().parse().ok()).filter(|v: &f32| v.is_finite()).collect();
+    let numbers: Vec<f32> = text
+        .split(',')
+        .filter_map(|t| t.trim().parse().ok())
+        .filter(|v: &f32| v.is_finite())
+        .collect();
     match (numbers.as_slice(), text.split(',').count()) {
         ([x, y, z], 3) => Ok(Vec3::new(*x, *y, *z)),
         _ => Err("write three numbers: X,Y,Z".into()),
@@ -99,17 +105,29 @@ fn views(args: &FlyArgs, camera: &Camera) -> Result<Vec<Camera>> {
     let path = match &args.path {
         Some(file) => load_camera_path(file, camera)?,
         None if args.to_eye.is_none() && args.to_target.is_none() => {
-            return Err(Error::Usage("fly: no camera path: give --path FILE.toml, or --to-eye and --to-target".into()));
+            return Err(Error::Usage(
+                "fly: no camera path: give --path FILE.toml, or --to-eye and --to-target".into(),
+            ));
         }
         None => {
-            let end = Camera { eye: args.to_eye.unwrap_or(camera.eye), target: args.to_target.unwrap_or(camera.target), ..camera.clone() };
-            CameraPath::new(vec![(0.0, camera.clone()), (1.0, end)]).ok_or_else(|| Error::Usage("fly: no camera path".into()))?
+            let end = Camera {
+                eye: args.to_eye.unwrap_or(camera.eye),
+                target: args.to_target.unwrap_or(camera.target),
+                ..camera.clone()
+            };
+            CameraPath::new(vec![(0.0, camera.clone()), (1.0, end)])
+                .ok_or_else(|| Error::Usage("fly: no camera path".into()))?
         }
     };
     let views: Vec<Camera> = (0..args.frames).map(|i| path.frame(i, args.frames)).collect();
-    let blind = |c: &&Camera| (c.target - c.eye).normalize_or_zero().cross(c.up.normalize_or_zero()).length() < 1e-6;
+    let blind = |c: &&Camera| {
+        (c.target - c.eye).normalize_or_zero().cross(c.up.normalize_or_zero()).length() < 1e-6
+    };
     match views.iter().position(|c| blind(&c)) {
-        Some(i) => Err(Error::Usage(format!("fly: frame {} looks at its own eye or along its up vector; move a key view or give another up", i + 1))),
+        Some(i) => Err(Error::Usage(format!(
+            "fly: frame {} looks at its own eye or along its up vector; move a key view or give another up",
+            i + 1
+        ))),
         None => Ok(views),
     }
 }
@@ -125,28 +143,44 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         extra.push(("decompose.alpha", crate::config::parse_value(alpha)));
     }
     if args.reuse == Reuse::None && (args.load_cache.is_some() || args.save_cache.is_some()) {
-        return Err(Error::Usage("fly: --reuse none keeps nothing: leave out --load-cache and --save-cache".into()));
+        return Err(Error::Usage(
+            "fly: --reuse none keeps nothing: leave out --load-cache and --save-cache".into(),
+        ));
     }
-    [&args.stats, &args.save_cache].into_iter().flatten().try_for_each(|path| check_writable(path))?;
+    [&args.stats, &args.save_cache]
+        .into_iter()
+        .flatten()
+        .try_for_each(|path| check_writable(path))?;
     let mut job = args.scene.prepare(&extra, None, cancel)?;
     // Noise that stays on the surfaces, unless another is asked for.
-    if job.config.decompose.near_noise == NearNoise::Point && args.reuse != Reuse::None && !args.scene.sets("decompose.near_noise")? {
+    if job.config.decompose.near_noise == NearNoise::Point
+        && args.reuse != Reuse::None
+        && !args.scene.sets("decompose.near_noise")?
+    {
         job.config.decompose.near_noise = NearNoise::World;
     }
     let views = views(args, &job.scene.camera)?;
-    std::fs::create_dir_all(&args.output).map_err(|source| Error::Io { path: args.output.clone(), source })?;
+    std::fs::create_dir_all(&args.output)
+        .map_err(|source| Error::Io { path: args.output.clone(), source })?;
     let mut world = World::new(&job.scene, args.scene.backend, &job.run)?;
     let (settings, inputs) = (&job.config.decompose, job.config.inputs(world.diagonal));
     let key = || store::key(Fingerprint::new(&job.scene), &inputs, settings, world.diagonal);
     let key = (args.load_cache.is_some() || args.save_cache.is_some()).then(key);
     let load = |path: &PathBuf, key| store::load(path, key, &inputs, settings);
-    let known = args.load_cache.as_ref().zip(key.as_ref()).map(|(path, key)| load(path, key)).transpose()?;
+    let known = args
+        .load_cache
+        .as_ref()
+        .zip(key.as_ref())
+        .map(|(path, key)| load(path, key))
+        .transpose()?;
     let (mut film, mut boxes) = (Vec::new(), NearBoxes::default());
     let (mut last, mut changes): (Option<Frame>, Vec<f32>) = (None, Vec::new());
     let mut before = statistics::cpu_seconds();
     let tell = args.scene.verbose || (!args.scene.quiet && std::io::stderr().is_terminal());
     let mut prepared = match (args.reuse, known) {
-        (Reuse::Plan, known) => Some(decompose::plan(&world, settings, inputs, &views, known, &job.run)?),
+        (Reuse::Plan, known) => {
+            Some(decompose::plan(&world, settings, inputs, &views, known, &job.run)?)
+        }
         (_, Some(known)) => Some(Prepared::known(&world, settings, inputs, known, &job.run)?),
         (_, None) => None,
     };
@@ -162,10 +196,13 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
             }
             _ => decompose::prepare(&world, settings, inputs, &job.run)?,
         };
-        let kept = (args.reuse != Reuse::None && settings.near_noise == NearNoise::World).then_some(&mut boxes);
-        let rendered = decompose::picture_with(&world, settings, &now, kept, inputs.seed, &job.run)?;
+        let kept = (args.reuse != Reuse::None && settings.near_noise == NearNoise::World)
+            .then_some(&mut boxes);
+        let rendered =
+            decompose::picture_with(&world, settings, &now, kept, inputs.seed, &job.run)?;
         let frame = Frame::new(&rendered.film, view);
-        let change = last.as_ref().zip(frame.as_ref()).map(|(a, b)| a.changes(b)).unwrap_or_default();
+        let change =
+            last.as_ref().zip(frame.as_ref()).map(|(a, b)| a.changes(b)).unwrap_or_default();
         last = frame;
         let file = args.output.join(format!("frame_{:04}.exr", i + 1));
         write(args, &job, &file, rendered.film)?;
@@ -213,7 +250,10 @@ fn finish(args: &FlyArgs, job: &Job, frames: &[Json], flicker: Flicker, shared: 
         println!("CPU seconds of the first     {:.2}", each.first().copied().unwrap_or_default());
         println!("CPU seconds of each other    {after_first:.2}");
         if flicker.points > 0 {
-            println!("temporal variance            {:.3e} at {} static points", flicker.temporal_variance, flicker.points);
+            println!(
+                "temporal variance            {:.3e} at {} static points",
+                flicker.temporal_variance, flicker.points
+            );
             println!("worst thousandth of them     {:.3e}", flicker.worst_thousandth);
         }
     }
@@ -233,7 +273,10 @@ fn finish(args: &FlyArgs, job: &Job, frames: &[Json], flicker: Flicker, shared: 
         ] {
             stats.insert(key.into(), value);
         }
-        statistics::write(&statistics::collect(&job.run, job.start.elapsed().as_secs_f64(), stats), path)?;
+        statistics::write(
+            &statistics::collect(&job.run, job.start.elapsed().as_secs_f64(), stats),
+            path,
+        )?;
     }
     if job.run.cancelled() { Err(Error::Interrupted) } else { Ok(()) }
 }

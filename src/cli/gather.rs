@@ -27,7 +27,8 @@ enum Channel {
     BentNormal,
     /// Irradiance from the elements, W/m².
     Indirect,
-    /// Irradiance from the sky through the open directions, W/m²; without a sky, of a sky of radiance 1/π.
+    /// Irradiance from the sky through the open directions, W/m²; without a sky, of a sky of
+    /// radiance 1/π.
     Environment,
 }
 
@@ -44,7 +45,8 @@ pub(super) struct GatherArgs {
     /// What to gather; the first is the picture, all are layers.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Channel::Occlusion])]
     channel: Vec<Channel>,
-    /// Also trace occlusion with this many rays a point, as layer "traced", and say how far the gathered one is from it.
+    /// Also trace occlusion with this many rays a point, as layer "traced", and say how far the
+    /// gathered one is from it.
     #[arg(long, value_name = "N")]
     traced: Option<u32>,
 }
@@ -54,7 +56,12 @@ pub(super) struct GatherArgs {
 pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     check_outputs(&args.output)?;
     check_writable(&args.output.output)?;
-    let extra: Vec<(&str, toml::Value)> = args.output.spp.map(|spp| ("record.spp", toml::Value::Integer(spp.into()))).into_iter().collect();
+    let extra: Vec<(&str, toml::Value)> = args
+        .output
+        .spp
+        .map(|spp| ("record.spp", toml::Value::Integer(spp.into())))
+        .into_iter()
+        .collect();
     let job = args.scene.prepare(&extra, args.output.time_limit, cancel)?;
     let cloud = {
         let _phase = job.run.phase("cloud", 1);
@@ -66,11 +73,22 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         job.run.install(|| Hierarchy::new(&cloud, settings.hitsides))?
     };
     if args.channel.contains(&Channel::Indirect) && !tree.is_lit() {
-        return Err(Error::input(&args.cloud, None, "has no \"_radiosity\": bake it without --channels, or gather occlusion alone"));
+        return Err(Error::input(
+            &args.cloud,
+            None,
+            "has no \"_radiosity\": bake it without --channels, or gather occlusion alone",
+        ));
     }
     let world = World::new(&job.scene, args.scene.backend, &job.run)?;
     warn_of_camera(&args.scene, &job.run, &world);
-    let layers = gather_picture(&world, &cloud, &tree, settings, job.config.inputs(world.diagonal), &job.run)?;
+    let layers = gather_picture(
+        &world,
+        &cloud,
+        &tree,
+        settings,
+        job.config.inputs(world.diagonal),
+        &job.run,
+    )?;
     let mut film = film(&layers, &args.channel, &world.lights.sky);
     let mut stats = serde_json::Map::new();
     stats.insert("elements".into(), tree.len().into());
@@ -78,37 +96,82 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     stats.insert("shading_points".into(), layers.gathered.len().into());
     stats.insert("gathers".into(), layers.gathers.into());
     if let Some(rays) = args.traced {
-        let traced = traced_occlusion(&world, &layers.samples.points, settings, rays, job.config.seed, &job.run)?;
+        let traced = traced_occlusion(
+            &world,
+            &layers.samples.points,
+            settings,
+            rays,
+            job.config.seed,
+            &job.run,
+        )?;
         let difference = |f: &dyn Fn(f64) -> f64| {
-            let sum: f64 = layers.gathered.iter().zip(&traced).map(|(g, &t)| f(f64::from(g.occlusion) - f64::from(t))).sum();
+            let sum: f64 = layers
+                .gathered
+                .iter()
+                .zip(&traced)
+                .map(|(g, &t)| f(f64::from(g.occlusion) - f64::from(t)))
+                .sum();
             sum / traced.len().max(1) as f64
         };
-        let (mae, rmse, bias) = (difference(&f64::abs), difference(&|d| d * d).sqrt(), difference(&|d| d));
-        println!("occlusion against {rays} rays: mean absolute error {mae:.4}, root mean square {rmse:.4}, bias {bias:+.4}");
-        stats.insert("traced".into(), json!({ "rays": rays, "mean_absolute_error": mae, "rms": rmse, "bias": bias }));
+        let (mae, rmse, bias) =
+            (difference(&f64::abs), difference(&|d| d * d).sqrt(), difference(&|d| d));
+        println!(
+            "occlusion against {rays} rays: mean absolute error {mae:.4}, root mean square {rmse:.4}, bias {bias:+.4}"
+        );
+        stats.insert(
+            "traced".into(),
+            json!({ "rays": rays, "mean_absolute_error": mae, "rms": rmse, "bias": bias }),
+        );
         stats.insert(
             "rays_of_equal_error".into(),
-            equal_rays(&world, &layers, &traced, mae, &job)?.map_or(serde_json::Value::Null, |(r, s)| json!({ "rays": r, "seconds": s })),
+            equal_rays(&world, &layers, &traced, mae, &job)?
+                .map_or(serde_json::Value::Null, |(r, s)| json!({ "rays": r, "seconds": s })),
         );
         let values: Vec<Rgb> = traced.into_iter().map(Rgb::splat).collect();
         film.set("traced", layers.samples.mean(&values).iter().map(|c| c.x).collect());
     }
-    finish(&args.scene, &args.output, "gather-points", &job, &world, Rendered { film, stats, ..Rendered::default() })
+    finish(
+        &args.scene,
+        &args.output,
+        "gather-points",
+        &job,
+        &world,
+        Rendered { film, stats, ..Rendered::default() },
+    )
 }
 
-/// Rays a point whose mean absolute error is `mae`, and the seconds that they take at all points; none when `truth` is no better than that.
-/// Prints both. Between powers of two the error is taken as a power of the number.
-fn equal_rays(world: &World, layers: &PointLayers, truth: &[f32], mae: f64, job: &Job) -> Result<Option<(f64, f64)>> {
+/// Rays a point whose mean absolute error is `mae`, and the seconds that they take at all points;
+/// none when `truth` is no better than that. Prints both. Between powers of two the error is taken
+/// as a power of the number.
+fn equal_rays(
+    world: &World,
+    layers: &PointLayers,
+    truth: &[f32],
+    mae: f64,
+    job: &Job,
+) -> Result<Option<(f64, f64)>> {
     let mut before: Option<(f64, f64, f64)> = None;
     for rays in (2..10).map(|i| 1u32 << i) {
         let start = std::time::Instant::now();
-        let few = traced_occlusion(world, &layers.samples.points, &job.config.points, rays, job.config.seed + 1, &job.run)?;
+        let few = traced_occlusion(
+            world,
+            &layers.samples.points,
+            &job.config.points,
+            rays,
+            job.config.seed + 1,
+            &job.run,
+        )?;
         let seconds = start.elapsed().as_secs_f64();
-        let error = few.iter().zip(truth).map(|(&a, &b)| f64::from((a - b).abs())).sum::<f64>() / few.len().max(1) as f64;
+        let error = few.iter().zip(truth).map(|(&a, &b)| f64::from((a - b).abs())).sum::<f64>()
+            / few.len().max(1) as f64;
         if error <= mae {
-            let (from, to) = (before.unwrap_or((f64::from(rays), error, seconds)), (f64::from(rays), error, seconds));
+            let (from, to) = (
+                before.unwrap_or((f64::from(rays), error, seconds)),
+                (f64::from(rays), error, seconds),
+            );
             let t = if from.1 > to.1 { (from.1 / mae).ln() / (from.1 / to.1).ln() } else { 1.0 };
-            let (equal, time) = (from.0 * (to.0 / from.0).powf(t), from.2 * (to.2 / from.2).powf(t));
+            let (equal, time) =
+                (from.0 * (to.0 / from.0).powf(t), from.2 * (to.2 / from.2).powf(t));
             println!("as good as {equal:.1} rays a point, which take {time:.2} s");
             return Ok(Some((equal, time)));
         }
@@ -128,12 +191,20 @@ fn film(layers: &PointLayers, channels: &[Channel], sky: &Sky) -> Film {
             Channel::Occlusion => {
                 let values = layers.layer(|g| Rgb::splat(g.occlusion));
                 film.set("occlusion", values.iter().map(|c| c.x).collect());
-                values.into_iter().zip(&seen).map(|(v, &s)| if s { Rgb::ONE - v } else { Rgb::ZERO }).collect()
+                values
+                    .into_iter()
+                    .zip(&seen)
+                    .map(|(v, &s)| if s { Rgb::ONE - v } else { Rgb::ZERO })
+                    .collect()
             }
             Channel::BentNormal => {
                 let values = layers.layer(|g| g.bent_normal);
                 film.set_xyz("bent", &values);
-                values.into_iter().zip(&seen).map(|(v, &s)| if s { (v.normalize_or_zero() + 1.0) * 0.5 } else { Rgb::ZERO }).collect()
+                values
+                    .into_iter()
+                    .zip(&seen)
+                    .map(|(v, &s)| if s { (v.normalize_or_zero() + 1.0) * 0.5 } else { Rgb::ZERO })
+                    .collect()
             }
             Channel::Indirect => {
                 let values = layers.layer(|g| g.irradiance);

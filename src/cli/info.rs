@@ -29,7 +29,11 @@ pub(super) fn info(args: &InfoArgs, _cancel: &Arc<AtomicBool>) -> Result<()> {
     let world = World::new(&loaded.scene, args.scene.backend, &run)?;
     let info = run.install(|| scene_info(&loaded, &world));
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&info).map_err(|e| Error::Render(format!("the report cannot be written: {e}")))?);
+        println!(
+            "{}",
+            serde_json::to_string_pretty(&info)
+                .map_err(|e| Error::Render(format!("the report cannot be written: {e}")))?
+        );
     } else {
         print!("{info}");
     }

@@ -1,9 +1,12 @@
-//! Renders of this very program as child processes, measured, and kept so that a comparison can go on where it stopped.
+//! Renders of this very program as child processes, measured, and kept so that a comparison can go
+//! on where it stopped.
 //!
-//! CPU seconds are user and system seconds of the whole child (loading, building and ending included), as the system books them when the
-//! child has been waited for. A configuration's image and figures lie in the work folder under a name that holds a fingerprint of everything
-//! that decides them: the scene as loaded, all settings, backend, threads, and the program's own file. Another fingerprint is another file,
-//! so nothing stale is ever read; a run that was stopped leaves nothing behind.
+//! CPU seconds are user and system seconds of the whole child (loading, building and ending
+//! included), as the system books them when the child has been waited for. A configuration's image
+//! and figures lie in the work folder under a name that holds a fingerprint of everything that
+//! decides them: the scene as loaded, all settings, backend, threads, and the program's own file.
+//! Another fingerprint is another file, so nothing stale is ever read; a run that was stopped
+//! leaves nothing behind.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Read;
@@ -82,11 +85,16 @@ impl Workshop {
         let mut hash = DefaultHasher::new();
         (file.len(), file.modified().ok()).hash(&mut hash);
         (Fingerprint::new(&job.scene), format!("{:?}", job.scene.camera)).hash(&mut hash);
-        (job.config.to_table()?.to_string(), format!("{:?}", options.backend), job.run.threads()).hash(&mut hash);
+        (job.config.to_table()?.to_string(), format!("{:?}", options.backend), job.run.threads())
+            .hash(&mut hash);
         let mut common = vec![options.scene.display().to_string()];
         let mut give = |name: &str, value: String| common.extend([name.to_owned(), value]);
         give("--threads", job.run.threads().to_string());
-        give("--backend", clap::ValueEnum::to_possible_value(&options.backend).map_or_else(String::new, |v| v.get_name().to_owned()));
+        give(
+            "--backend",
+            clap::ValueEnum::to_possible_value(&options.backend)
+                .map_or_else(String::new, |v| v.get_name().to_owned()),
+        );
         if let Some((width, height)) = options.size {
             give("--size", format!("{width}x{height}"));
         }
@@ -100,8 +108,12 @@ impl Workshop {
     fn file(&self, configuration: &Configuration, extension: &str) -> PathBuf {
         let mut hash = DefaultHasher::new();
         (self.fingerprint, &configuration.arguments).hash(&mut hash);
-        let plain: String =
-            configuration.name.replace('%', "pct").chars().map(|c| if c.is_ascii_alphanumeric() || ".-_".contains(c) { c } else { '_' }).collect();
+        let plain: String = configuration
+            .name
+            .replace('%', "pct")
+            .chars()
+            .map(|c| if c.is_ascii_alphanumeric() || ".-_".contains(c) { c } else { '_' })
+            .collect();
         self.folder.join(format!("{plain}-{:08x}.{extension}", hash.finish() as u32))
     }
 
@@ -112,7 +124,9 @@ impl Workshop {
 
     /// What is known of a configuration; nothing when it was not rendered yet.
     pub(super) fn known(&self, configuration: &Configuration) -> Option<Measured> {
-        let text = std::fs::read_to_string(self.file(configuration, "json")).ok().filter(|_| self.image(configuration).is_file())?;
+        let text = std::fs::read_to_string(self.file(configuration, "json"))
+            .ok()
+            .filter(|_| self.image(configuration).is_file())?;
         serde_json::from_str(&text).ok()
     }
 
@@ -120,22 +134,33 @@ impl Workshop {
     ///
     /// # Errors
     /// [`Error::Interrupted`]; whatever the child says is wrong.
-    pub(super) fn render(&self, configuration: &Configuration, cancel: &AtomicBool) -> Result<Measured> {
+    pub(super) fn render(
+        &self,
+        configuration: &Configuration,
+        cancel: &AtomicBool,
+    ) -> Result<Measured> {
         let [image, stats] = ["part.exr", "part.json"].map(|e| self.file(configuration, e));
         let mut arguments = vec!["render".to_owned()];
         arguments.extend(self.common.iter().chain(&configuration.arguments).cloned());
         arguments.extend(["-q", "--aov", "none", "-o"].map(String::from));
-        arguments.extend([image.display().to_string(), "--stats".into(), stats.display().to_string()]);
-        let run = spawn(&self.program, &arguments, &configuration.name, cancel).inspect_err(|_| {
-            let _ = (std::fs::remove_file(&image), std::fs::remove_file(&stats));
-        })?;
+        arguments.extend([
+            image.display().to_string(),
+            "--stats".into(),
+            stats.display().to_string(),
+        ]);
+        let run =
+            spawn(&self.program, &arguments, &configuration.name, cancel).inspect_err(|_| {
+                let _ = (std::fs::remove_file(&image), std::fs::remove_file(&stats));
+            })?;
         let text = std::fs::read_to_string(&stats).map_err(io(&stats))?;
-        let parsed = serde_json::from_str(&text).map_err(|e| Error::Render(format!("{}: {e}", stats.display())))?;
+        let parsed = serde_json::from_str(&text)
+            .map_err(|e| Error::Render(format!("{}: {e}", stats.display())))?;
         let mut known = self.known(configuration).unwrap_or_default();
         known.arguments = arguments;
         known.runs.push(run);
         known.stats = parsed;
-        let text = serde_json::to_string_pretty(&known).map_err(|e| Error::Render(format!("figures: {e}")))?;
+        let text = serde_json::to_string_pretty(&known)
+            .map_err(|e| Error::Render(format!("figures: {e}")))?;
         let (to, figures) = (self.image(configuration), self.file(configuration, "json"));
         // The image first: figures without an image count as nothing known.
         std::fs::rename(&image, &to).map_err(io(&to))?;
@@ -150,10 +175,21 @@ fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
 }
 
 /// Runs a child to its end: CPU and wall-clock seconds.
-fn spawn(program: &Path, arguments: &[String], name: &str, cancel: &AtomicBool) -> Result<[f64; 2]> {
+fn spawn(
+    program: &Path,
+    arguments: &[String],
+    name: &str,
+    cancel: &AtomicBool,
+) -> Result<[f64; 2]> {
     let fail = |source| Error::Io { path: program.into(), source };
     let (before, start) = (children_cpu_seconds(), Instant::now());
-    let mut child = Command::new(program).args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().map_err(fail)?;
+    let mut child = Command::new(program)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(fail)?;
     let status = loop {
         if let Some(status) = child.try_wait().map_err(fail)? {
             break status;
@@ -174,7 +210,10 @@ fn spawn(program: &Path, arguments: &[String], name: &str, cancel: &AtomicBool) 
     }
     let mut said = String::new();
     let _ = child.stderr.take().map(|mut s| s.read_to_string(&mut said));
-    let reason = said.lines().find_map(|l| l.strip_prefix("error: ")).unwrap_or_else(|| said.lines().next().unwrap_or("no word"));
+    let reason = said
+        .lines()
+        .find_map(|l| l.strip_prefix("error: "))
+        .unwrap_or_else(|| said.lines().next().unwrap_or("no word"));
     let message = format!("{name}: {reason} (nearfar {}; {status})", arguments.join(" "));
     Err(if status.code() == Some(2) { Error::Usage(message) } else { Error::Render(message) })
 }
@@ -185,7 +224,8 @@ mod tests {
 
     #[test]
     fn the_median_of_runs_counts() {
-        let measured = |runs: &[[f64; 2]]| Measured { runs: runs.to_vec(), ..Measured::default() }.seconds();
+        let measured =
+            |runs: &[[f64; 2]]| Measured { runs: runs.to_vec(), ..Measured::default() }.seconds();
         assert_eq!(measured(&[[3.0, 1.0], [1.0, 5.0], [2.0, 0.0]]), [2.0, 1.0]);
         assert_eq!(measured(&[[3.0, 1.0], [1.0, 5.0]]), [2.0, 3.0]);
         assert!(measured(&[])[0].is_nan());

@@ -1,4 +1,5 @@
-//! `nearfar bench SCENE --methods`: sweeps of every method's own quality knob, measured and compared.
+//! `nearfar bench SCENE --methods`: sweeps of every method's own quality knob, measured and
+//! compared.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,13 +25,16 @@ use crate::report::{Comparison, Reference, compare, read_reference};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Options of --methods")]
 pub(super) struct MethodsOptions {
-    /// Lines to draw; default all: decomposition, course, hessian, production-2006, split-sphere, gather, path, photon-map, and path+oidn where Open Image Denoise is.
+    /// Lines to draw; default all: decomposition, course, hessian, production-2006, split-sphere,
+    /// gather, path, photon-map, and path+oidn where Open Image Denoise is.
     #[arg(long, requires = "methods", value_name = "LINES", value_delimiter = ',')]
     only: Vec<String>,
-    /// Values of a line's knob, or of another KEY, which makes a line of its own; further settings after ";". May be repeated.
+    /// Values of a line's knob, or of another KEY, which makes a line of its own; further settings
+    /// after ";". May be repeated.
     #[arg(long, requires = "methods", value_name = "LINE[:KEY]=V,V[;KEY=V]", value_parser = parse_sweep)]
     sweep: Vec<Sweep>,
-    /// Measure errors also to a gather of so many rays per point through the same proxy: what decomposition and caching can at best reach.
+    /// Measure errors also to a gather of so many rays per point through the same proxy: what
+    /// decomposition and caching can at best reach.
     #[arg(long, requires = "methods", num_args = 0..=1, default_missing_value = "4096", value_name = "RAYS", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     gather_reference: Option<u32>,
     /// An image of another renderer and its CPU seconds; may be repeated.
@@ -75,7 +79,14 @@ struct Line {
 const PATH_DENOISED: &str = "path+oidn";
 
 const LINES: [Line; 9] = [
-    Line { name: "decomposition", method: Method::Decomposition, fixed: &[], knob: "decompose.alpha", values: &["4%", "2%", "1%", "0.5%"], with_default: true },
+    Line {
+        name: "decomposition",
+        method: Method::Decomposition,
+        fixed: &[],
+        knob: "decompose.alpha",
+        values: &["4%", "2%", "1%", "0.5%"],
+        with_default: true,
+    },
     Line {
         name: "course",
         method: Method::Decomposition,
@@ -108,10 +119,38 @@ const LINES: [Line; 9] = [
         values: &["0.4", "0.2", "0.1", "0.05"],
         with_default: false,
     },
-    Line { name: "gather", method: Method::Gather, fixed: &[], knob: "gather.rays", values: &["4", "16", "64", "256"], with_default: false },
-    Line { name: "path", method: Method::Path, fixed: &[], knob: "path.spp", values: &["1", "4", "16", "64"], with_default: false },
-    Line { name: PATH_DENOISED, method: Method::Path, fixed: &[("denoise", "oidn")], knob: "path.spp", values: &["1", "4", "16", "64"], with_default: false },
-    Line { name: "photon-map", method: Method::PhotonMap, fixed: &[], knob: "photon.count", values: &[], with_default: true },
+    Line {
+        name: "gather",
+        method: Method::Gather,
+        fixed: &[],
+        knob: "gather.rays",
+        values: &["4", "16", "64", "256"],
+        with_default: false,
+    },
+    Line {
+        name: "path",
+        method: Method::Path,
+        fixed: &[],
+        knob: "path.spp",
+        values: &["1", "4", "16", "64"],
+        with_default: false,
+    },
+    Line {
+        name: PATH_DENOISED,
+        method: Method::Path,
+        fixed: &[("denoise", "oidn")],
+        knob: "path.spp",
+        values: &["1", "4", "16", "64"],
+        with_default: false,
+    },
+    Line {
+        name: "photon-map",
+        method: Method::PhotonMap,
+        fixed: &[],
+        knob: "photon.count",
+        values: &[],
+        with_default: true,
+    },
 ];
 
 /// One configuration of the comparison.
@@ -124,13 +163,19 @@ struct Entry {
 }
 
 fn parse_sweep(text: &str) -> std::result::Result<Sweep, String> {
-    let fail = || "write LINE=VALUE,VALUE or LINE:KEY=VALUE,VALUE, for example decomposition=4%,2%,1%".to_owned();
+    let fail = || {
+        "write LINE=VALUE,VALUE or LINE:KEY=VALUE,VALUE, for example decomposition=4%,2%,1%"
+            .to_owned()
+    };
     let (name, values) = text.split_once('=').ok_or_else(fail)?;
-    let (line, key) = name.split_once(':').map_or((name, None), |(l, k)| (l, Some(k.trim().to_owned())));
+    let (line, key) =
+        name.split_once(':').map_or((name, None), |(l, k)| (l, Some(k.trim().to_owned())));
     let line = line.trim().to_owned();
     check_line(&line)?;
     let values: Vec<String> = values.split(',').map(|v| v.trim().to_owned()).collect();
-    if values.iter().any(|v| v.is_empty() || v.starts_with(';')) || key.as_ref().is_some_and(String::is_empty) {
+    if values.iter().any(|v| v.is_empty() || v.starts_with(';'))
+        || key.as_ref().is_some_and(String::is_empty)
+    {
         return Err(fail());
     }
     Ok(Sweep { line, key, values })
@@ -148,7 +193,12 @@ fn parse_point(text: &str) -> std::result::Result<Point, String> {
     let fail = || "write NAME,SECONDS,FILE.exr, the CPU seconds above 0".to_owned();
     let [name, seconds, file] = parts[..] else { return Err(fail()) };
     match seconds.trim().parse::<f64>() {
-        Ok(seconds) if seconds.is_finite() && seconds > 0.0 && !name.trim().is_empty() && !file.is_empty() => {
+        Ok(seconds)
+            if seconds.is_finite()
+                && seconds > 0.0
+                && !name.trim().is_empty()
+                && !file.is_empty() =>
+        {
             Ok(Point { name: name.trim().to_owned(), seconds, file: file.into() })
         }
         _ => Err(fail()),
@@ -180,7 +230,8 @@ fn entries(options: &MethodsOptions, settings: &Table) -> Result<Vec<Entry>> {
     let mut found = Vec::new();
     for line in &LINES {
         let named = options.only.iter().any(|n| n == line.name);
-        let wanted = named || options.only.is_empty() && (line.name != PATH_DENOISED || Denoiser::open(1).is_ok());
+        let wanted = named
+            || options.only.is_empty() && (line.name != PATH_DENOISED || Denoiser::open(1).is_ok());
         let own: Vec<&Sweep> = options.sweep.iter().filter(|s| s.line == line.name).collect();
         if !wanted && own.is_empty() {
             continue;
@@ -193,7 +244,9 @@ fn entries(options: &MethodsOptions, settings: &Table) -> Result<Vec<Entry>> {
         let mut values: Vec<String> = plain.iter().flat_map(|s| s.values.iter().cloned()).collect();
         if plain.is_empty() && wanted {
             values = line.values.iter().map(|v| (*v).to_owned()).collect();
-            if let Some(default) = default.filter(|d| line.with_default && !values.iter().any(|v| same(&config::parse_value(v), d))) {
+            if let Some(default) = default.filter(|d| {
+                line.with_default && !values.iter().any(|v| same(&config::parse_value(v), d))
+            }) {
                 values.push(default.as_str().map_or_else(|| default.to_string(), str::to_owned));
             }
         }
@@ -203,7 +256,13 @@ fn entries(options: &MethodsOptions, settings: &Table) -> Result<Vec<Entry>> {
         for sweep in own {
             let Some(key) = &sweep.key else { continue };
             for value in &sweep.values {
-                found.push(entry(line, format!("{}:{key}", line.name), key, value.clone(), settings)?);
+                found.push(entry(
+                    line,
+                    format!("{}:{key}", line.name),
+                    key,
+                    value.clone(),
+                    settings,
+                )?);
             }
         }
     }
@@ -213,9 +272,16 @@ fn entries(options: &MethodsOptions, settings: &Table) -> Result<Vec<Entry>> {
 fn entry(line: &Line, name: String, knob: &str, value: String, settings: &Table) -> Result<Entry> {
     let mut parts = value.split(';').map(str::trim);
     let first = parts.next().unwrap_or_default().to_owned();
-    let mut assignments: Vec<(String, String)> = line.fixed.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
-    let default = lookup(settings, knob).is_some_and(|d| same(&config::parse_value(&first), d)) && !value.contains(';') && knob == line.knob;
-    let default = default && line.fixed.iter().all(|(k, v)| lookup(settings, k).is_none_or(|d| same(&config::parse_value(v), d)));
+    let mut assignments: Vec<(String, String)> =
+        line.fixed.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
+    let default = lookup(settings, knob).is_some_and(|d| same(&config::parse_value(&first), d))
+        && !value.contains(';')
+        && knob == line.knob;
+    let default = default
+        && line
+            .fixed
+            .iter()
+            .all(|(k, v)| lookup(settings, k).is_none_or(|d| same(&config::parse_value(v), d)));
     assignments.push((knob.to_owned(), first));
     for part in parts {
         assignments.push(config::parse_assignment(part)?);
@@ -225,9 +291,11 @@ fn entry(line: &Line, name: String, knob: &str, value: String, settings: &Table)
         config::set(&mut changed, key, config::parse_value(value))?;
     }
     RenderConfig::from_table(changed).map_err(|e| Error::Usage(format!("line {name}: {e}")))?;
-    let method = clap::ValueEnum::to_possible_value(&line.method).map_or_else(String::new, |v| v.get_name().to_owned());
+    let method = clap::ValueEnum::to_possible_value(&line.method)
+        .map_or_else(String::new, |v| v.get_name().to_owned());
     let mut arguments = vec!["--method".to_owned(), method];
-    arguments.extend(assignments.iter().flat_map(|(k, v)| ["--set".to_owned(), format!("{k}={v}")]));
+    arguments
+        .extend(assignments.iter().flat_map(|(k, v)| ["--set".to_owned(), format!("{k}={v}")]));
     let configuration = Configuration { name: format!("{name}-{value}"), arguments };
     Ok(Entry { line: name, knob: knob.to_owned(), value, default, configuration })
 }
@@ -238,7 +306,12 @@ fn reference_of(path: &Path, job: &Job) -> Result<Reference> {
     let camera = &job.scene.camera;
     if (reference.width, reference.height) != (camera.width, camera.height) {
         let (w, h) = (reference.width, reference.height);
-        return Err(Error::Usage(format!("{} has {w}x{h} pixels, the render {}x{}: use --size {w}x{h}", path.display(), camera.width, camera.height)));
+        return Err(Error::Usage(format!(
+            "{} has {w}x{h} pixels, the render {}x{}: use --size {w}x{h}",
+            path.display(),
+            camera.width,
+            camera.height
+        )));
     }
     Ok(reference)
 }
@@ -250,8 +323,15 @@ fn against(path: &Path, reference: Option<&Reference>) -> Result<Option<Comparis
 /// Measures all configurations and compares them.
 ///
 /// # Errors
-/// Whatever is wrong with the scene, an option or an image; what a child says; [`Error::Interrupted`] (finished renders stay).
-pub(super) fn run(scene: &SceneOptions, options: &MethodsOptions, reference: Option<&Path>, rounds: usize, cancel: &Arc<AtomicBool>) -> Result<MethodsReport> {
+/// Whatever is wrong with the scene, an option or an image; what a child says;
+/// [`Error::Interrupted`] (finished renders stay).
+pub(super) fn run(
+    scene: &SceneOptions,
+    options: &MethodsOptions,
+    reference: Option<&Path>,
+    rounds: usize,
+    cancel: &Arc<AtomicBool>,
+) -> Result<MethodsReport> {
     if reference.is_none() && options.gather_reference.is_none() {
         return Err(Error::Usage("bench --methods needs something to measure errors to: --reference TRUTH.exr, or --gather-reference".into()));
     }
@@ -273,10 +353,12 @@ pub(super) fn run(scene: &SceneOptions, options: &MethodsOptions, reference: Opt
         });
     }
     let stem = scene.scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let folder = options.output.clone().unwrap_or_else(|| PathBuf::from(format!("out/bench-{stem}")));
+    let folder =
+        options.output.clone().unwrap_or_else(|| PathBuf::from(format!("out/bench-{stem}")));
     let workshop = Workshop::new(&folder, scene, &job)?;
     let gather = options.gather_reference.map(|rays| {
-        let arguments = ["--method".into(), "gather".into(), "--set".into(), format!("gather.rays={rays}")];
+        let arguments =
+            ["--method".into(), "gather".into(), "--set".into(), format!("gather.rays={rays}")];
         Configuration { name: format!("gather-reference-{rays}"), arguments: arguments.into() }
     });
     measure(&workshop, &entries, gather.as_ref(), rounds, scene, &job)?;
@@ -285,7 +367,13 @@ pub(super) fn run(scene: &SceneOptions, options: &MethodsOptions, reference: Opt
     for entry in &entries {
         let Some(measured) = workshop.known(&entry.configuration) else { continue };
         let image = workshop.image(&entry.configuration);
-        rows.push(row(entry, &measured, &image, against(&image, truth.as_ref())?, against(&image, gather.as_ref())?));
+        rows.push(row(
+            entry,
+            &measured,
+            &image,
+            against(&image, truth.as_ref())?,
+            against(&image, gather.as_ref())?,
+        ));
     }
     let report = MethodsReport {
         scene: scene.scene.display().to_string(),
@@ -301,13 +389,22 @@ pub(super) fn run(scene: &SceneOptions, options: &MethodsOptions, reference: Opt
         points,
     };
     if let Some(path) = &options.chart {
-        std::fs::write(path, chart(&report)?).map_err(|source| Error::Io { path: path.into(), source })?;
+        std::fs::write(path, chart(&report)?)
+            .map_err(|source| Error::Io { path: path.into(), source })?;
     }
     Ok(report)
 }
 
-/// Renders what is missing: first the gather that others are compared with, then round by round, all configurations in turn.
-fn measure(workshop: &Workshop, entries: &[Entry], gather: Option<&Configuration>, rounds: usize, scene: &SceneOptions, job: &Job) -> Result<()> {
+/// Renders what is missing: first the gather that others are compared with, then round by round,
+/// all configurations in turn.
+fn measure(
+    workshop: &Workshop,
+    entries: &[Entry],
+    gather: Option<&Configuration>,
+    rounds: usize,
+    scene: &SceneOptions,
+    job: &Job,
+) -> Result<()> {
     let known = |c: &Configuration| workshop.known(c).map_or(0, |m| m.runs.len());
     let mut todo: Vec<&Configuration> = gather.filter(|g| known(g) == 0).into_iter().collect();
     for round in 0..rounds {
@@ -321,18 +418,33 @@ fn measure(workshop: &Workshop, entries: &[Entry], gather: Option<&Configuration
         phase.advance(1);
         if tell {
             let [cpu, wall] = measured.runs.last().copied().unwrap_or_default();
-            eprintln!("{}/{} {}: {cpu:.2} s of CPU, {wall:.2} s", i + 1, todo.len(), configuration.name);
+            eprintln!(
+                "{}/{} {}: {cpu:.2} s of CPU, {wall:.2} s",
+                i + 1,
+                todo.len(),
+                configuration.name
+            );
         }
     }
     Ok(())
 }
 
-fn row(entry: &Entry, measured: &Measured, image: &Path, truth: Option<Comparison>, gather: Option<Comparison>) -> Row {
+fn row(
+    entry: &Entry,
+    measured: &Measured,
+    image: &Path,
+    truth: Option<Comparison>,
+    gather: Option<Comparison>,
+) -> Row {
     let stats = &measured.stats;
     let number = |key: &str| stats.get(key).and_then(serde_json::Value::as_f64);
     let places = ["records", "clusters"].into_iter().find_map(|k| stats.get(k)?.as_u64());
     // Samples of all places take the threads of the phase for as long as it lasts.
-    let sampling = stats.pointer("/seconds/sample").and_then(serde_json::Value::as_f64).zip(number("threads")).map(|(s, t)| s * t * 1e6);
+    let sampling = stats
+        .pointer("/seconds/sample")
+        .and_then(serde_json::Value::as_f64)
+        .zip(number("threads"))
+        .map(|(s, t)| s * t * 1e6);
     let [cpu_seconds, wall_seconds] = measured.seconds();
     // What a denoiser leaves does not fall as 1/samples.
     let denoised = stats.get("denoiser").is_some();
@@ -345,12 +457,18 @@ fn row(entry: &Entry, measured: &Measured, image: &Path, truth: Option<Compariso
         wall_seconds,
         rounds: measured.runs.len(),
         places,
-        rays: stats.get("rays").and_then(|r| r.as_object()).map_or(0, |r| r.values().filter_map(serde_json::Value::as_u64).sum()),
+        rays: stats
+            .get("rays")
+            .and_then(|r| r.as_object())
+            .map_or(0, |r| r.values().filter_map(serde_json::Value::as_u64).sum()),
         microseconds_per_place: ["microseconds_per_record", "microseconds_per_cluster"]
             .into_iter()
             .find_map(number)
             .or_else(|| sampling.zip(places).filter(|(_, n)| *n > 0).map(|(s, n)| s / n as f64)),
-        samples: stats.get("spp").and_then(serde_json::Value::as_u64).filter(|_| !denoised && entry.line.starts_with("path")),
+        samples: stats
+            .get("spp")
+            .and_then(serde_json::Value::as_u64)
+            .filter(|_| !denoised && entry.line.starts_with("path")),
         truth,
         gather,
         image: image.display().to_string(),
@@ -364,12 +482,25 @@ mod tests {
     #[test]
     fn sweeps_and_points_are_read() {
         let sweep = parse_sweep("decomposition=4%, 2%;decompose.rays=64").unwrap();
-        assert_eq!(sweep, Sweep { line: "decomposition".into(), key: None, values: vec!["4%".into(), "2%;decompose.rays=64".into()] });
-        assert_eq!(parse_sweep("gather:photon.count=1000").unwrap().key.as_deref(), Some("photon.count"));
+        assert_eq!(
+            sweep,
+            Sweep {
+                line: "decomposition".into(),
+                key: None,
+                values: vec!["4%".into(), "2%;decompose.rays=64".into()]
+            }
+        );
+        assert_eq!(
+            parse_sweep("gather:photon.count=1000").unwrap().key.as_deref(),
+            Some("photon.count")
+        );
         for wrong in ["decomposition", "magic=1", "path=", "path=1,,2", "path:=1"] {
             assert!(parse_sweep(wrong).is_err(), "{wrong}");
         }
-        assert_eq!(parse_point("a b,2.5,x,y.exr").unwrap(), Point { name: "a b".into(), seconds: 2.5, file: "x,y.exr".into() });
+        assert_eq!(
+            parse_point("a b,2.5,x,y.exr").unwrap(),
+            Point { name: "a b".into(), seconds: 2.5, file: "x,y.exr".into() }
+        );
         for wrong in ["a", "a,1", "a,0,x.exr", "a,soon,x.exr", ",1,x.exr", "a,1,"] {
             assert!(parse_point(wrong).is_err(), "{wrong}");
         }
@@ -393,10 +524,19 @@ mod tests {
         assert_eq!(plain.iter().map(|v| v.1).collect::<Vec<_>>(), [false, true, false, false]);
         config::set(&mut settings, "decompose.alpha", Value::Float(0.25)).unwrap();
         assert_eq!(values(&options(&[]), &settings)[4], ("0.25".to_owned(), true));
-        assert_eq!(values(&options(&["decomposition=0.25,0.5"]), &settings), [("0.25".to_owned(), true), ("0.5".to_owned(), false)]);
+        assert_eq!(
+            values(&options(&["decomposition=0.25,0.5"]), &settings),
+            [("0.25".to_owned(), true), ("0.5".to_owned(), false)]
+        );
         let more = entries(&options(&["decomposition:decompose.rays=64"]), &settings).unwrap();
-        assert_eq!((more.len(), more[5].line.as_str(), more[5].knob.as_str()), (6, "decomposition:decompose.rays", "decompose.rays"));
-        assert_eq!(more[5].configuration.arguments, ["--method", "decomposition", "--set", "decompose.rays=64"]);
+        assert_eq!(
+            (more.len(), more[5].line.as_str(), more[5].knob.as_str()),
+            (6, "decomposition:decompose.rays", "decompose.rays")
+        );
+        assert_eq!(
+            more[5].configuration.arguments,
+            ["--method", "decomposition", "--set", "decompose.rays=64"]
+        );
         assert!(entries(&options(&["decomposition=many"]), &settings).is_err());
     }
 }

@@ -1,8 +1,14 @@
 //! The command line: parsing, progress, exit codes. The only room that prints.
 //!
-//! Data goes to stdout; progress, notes, warnings and errors to stderr. Exit codes: 0 done, 1 a comparison over its bound, 2 usage or
-//! input error, 3 render failed, 130 interrupted (what was done is kept).
-#![allow(clippy::print_stdout, clippy::print_stderr, clippy::exit, reason = "the command line is where output goes and the process ends")]
+//! Data goes to stdout; progress, notes, warnings and errors to stderr. Exit codes: 0 done, 1 a
+//! comparison over its bound, 2 usage or input error, 3 render failed, 130 interrupted (what was
+//! done is kept).
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    clippy::exit,
+    reason = "the command line is where output goes and the process ends"
+)]
 
 mod bake;
 mod bench;
@@ -32,7 +38,13 @@ use crate::error::{Error, Result};
 
 /// Offline renderer for diffuse global illumination by near/far irradiance decomposition.
 #[derive(Debug, Parser)]
-#[command(name = "nearfar", version, arg_required_else_help = true, subcommand_required = true, max_term_width = 100)]
+#[command(
+    name = "nearfar",
+    version,
+    arg_required_else_help = true,
+    subcommand_required = true,
+    max_term_width = 100
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -52,11 +64,14 @@ enum Command {
     Show(show::ShowArgs),
     /// Measure ray backends and methods.
     Bench(bench::BenchArgs),
-    /// Bake surface elements (position, normal, area, light) of all surfaces into a point cloud (PLY).
+    /// Bake surface elements (position, normal, area, light) of all surfaces into a point cloud
+    /// (PLY).
     Bake(bake::BakeArgs),
-    /// Gather occlusion, bent normals, indirect light or sky from a baked cloud: no ray but the camera's.
+    /// Gather occlusion, bent normals, indirect light or sky from a baked cloud: no ray but the
+    /// camera's.
     Gather(gather::GatherArgs),
-    /// Make one HTML page of a folder of renders: pairs with a divider, differences, FLIP, errors, times.
+    /// Make one HTML page of a folder of renders: pairs with a divider, differences, FLIP, errors,
+    /// times.
     Report(report::ReportArgs),
     /// Write a scene for other renderers (Mitsuba 3).
     Export(export::ExportArgs),
@@ -64,11 +79,16 @@ enum Command {
     Info(info::InfoArgs),
 }
 
-/// A reader that has seen enough (`nearfar compare … | head`) ends the program, as it does for others, without a word.
+/// A reader that has seen enough (`nearfar compare … | head`) ends the program, as it does for
+/// others, without a word.
 fn end_with_the_reader() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        if panic.payload().downcast_ref::<String>().is_some_and(|m| m.starts_with("failed printing to stdout")) {
+        if panic
+            .payload()
+            .downcast_ref::<String>()
+            .is_some_and(|m| m.starts_with("failed printing to stdout"))
+        {
             std::process::exit(141);
         }
         usual(panic);
@@ -161,9 +181,10 @@ fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
 /// Refuses a file that cannot be written before hours are spent on its content.
 fn check_writable(path: &std::path::Path) -> Result<()> {
     match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-            Err(Error::Image { path: path.into(), message: format!("folder {} does not exist: create it first", folder.display()) })
-        }
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => Err(Error::Image {
+            path: path.into(),
+            message: format!("folder {} does not exist: create it first", folder.display()),
+        }),
         _ => Ok(()),
     }
 }

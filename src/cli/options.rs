@@ -59,11 +59,17 @@ pub(super) struct Job {
 }
 
 impl SceneOptions {
-    /// Loads the scene, merges `extra` (dotted key, value) over the settings, and starts the threads.
+    /// Loads the scene, merges `extra` (dotted key, value) over the settings, and starts the
+    /// threads.
     ///
     /// # Errors
     /// Whatever is wrong with the scene or a setting.
-    pub(super) fn prepare(&self, extra: &[(&str, Value)], time_limit: Option<f64>, cancel: &Arc<AtomicBool>) -> Result<Job> {
+    pub(super) fn prepare(
+        &self,
+        extra: &[(&str, Value)],
+        time_limit: Option<f64>,
+        cancel: &Arc<AtomicBool>,
+    ) -> Result<Job> {
         let start = Instant::now();
         let mut run = Run::new(self.threads)?;
         run.deadline = time_limit.map(|s| start + Duration::from_secs_f64(s));
@@ -103,7 +109,10 @@ impl SceneOptions {
             overrides.push(config::parse_assignment(text)?);
         }
         if let Some((width, height)) = self.size {
-            overrides.extend([("camera.width".into(), width.to_string()), ("camera.height".into(), height.to_string())]);
+            overrides.extend([
+                ("camera.width".into(), width.to_string()),
+                ("camera.height".into(), height.to_string()),
+            ]);
         }
         load(&self.scene, &overrides)
     }
@@ -111,7 +120,11 @@ impl SceneOptions {
 
 /// The run with a progress bar where there is a terminal to show it, and with Ctrl-C.
 pub(super) fn with_bar(run: Run, quiet: bool, cancel: &Arc<AtomicBool>) -> Run {
-    let reporter: Box<dyn crate::run::Reporter> = if !quiet && std::io::stderr().is_terminal() { Box::new(Bar::default()) } else { Box::new(NoBar) };
+    let reporter: Box<dyn crate::run::Reporter> = if !quiet && std::io::stderr().is_terminal() {
+        Box::new(Bar::default())
+    } else {
+        Box::new(NoBar)
+    };
     run.with_reporter(reporter, Arc::clone(cancel))
 }
 

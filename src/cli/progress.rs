@@ -26,7 +26,13 @@ pub(super) struct Bar(Mutex<Vec<Phase>>);
 impl Reporter for Bar {
     fn begin(&self, phase: &str, total: u64) {
         if let Ok(mut stack) = self.0.lock() {
-            stack.push(Phase { name: phase.to_owned(), total, done: 0, start: Instant::now(), bar: None });
+            stack.push(Phase {
+                name: phase.to_owned(),
+                total,
+                done: 0,
+                start: Instant::now(),
+                bar: None,
+            });
         }
     }
 
@@ -37,10 +43,16 @@ impl Reporter for Bar {
         if phase.bar.is_none() && phase.start.elapsed() > PATIENCE {
             let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
             let bar = if plain { "{bar:30}" } else { "{bar:30.cyan}" };
-            let style =
-                ProgressStyle::with_template(&format!("{{msg:12}} {bar} {{percent:>3}} %  {{eta}} left")).unwrap_or_else(|_| ProgressStyle::default_bar());
-            let shown =
-                ProgressBar::with_draw_target(Some(phase.total), ProgressDrawTarget::stderr_with_hz(8)).with_style(style).with_elapsed(phase.start.elapsed());
+            let style = ProgressStyle::with_template(&format!(
+                "{{msg:12}} {bar} {{percent:>3}} %  {{eta}} left"
+            ))
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+            let shown = ProgressBar::with_draw_target(
+                Some(phase.total),
+                ProgressDrawTarget::stderr_with_hz(8),
+            )
+            .with_style(style)
+            .with_elapsed(phase.start.elapsed());
             shown.set_message(phase.name.clone());
             phase.bar = Some(shown);
         }

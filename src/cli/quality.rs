@@ -1,7 +1,8 @@
 //! `--quality`: how many rays, samples and cells a picture is worth, as settings under one name.
 //!
-//! A preset fills in settings that neither the scene file nor `--set` gives. It concerns the methods that look up the proxy. Trimmed relMSE and CPU
-//! seconds at 640×360 on two threads against `nearfar reference`:
+//! A preset fills in settings that neither the scene file nor `--set` gives. It concerns the
+//! methods that look up the proxy. Trimmed relMSE and CPU seconds at 640×360 on two threads against
+//! `nearfar reference`:
 //!
 //! | | sponza_day | dining_room | interior | sponza_night |
 //! |---|---|---|---|---|
@@ -45,7 +46,11 @@ impl Quality {
                 ("decompose.near_rays", int(8)),
             ],
             Self::Normal => Vec::new(),
-            Self::High => vec![("photon.gather_rays", int(32)), ("decompose.rays", int(1024)), ("decompose.near_rays", int(32))],
+            Self::High => vec![
+                ("photon.gather_rays", int(32)),
+                ("decompose.rays", int(1024)),
+                ("decompose.near_rays", int(32)),
+            ],
             Self::Best => vec![
                 ("record.spp", int(64)),
                 ("photon.gather_rays", int(64)),
@@ -63,7 +68,9 @@ impl Quality {
     /// A section of `settings` that is no section.
     pub(super) fn fill(self, settings: &mut Table) -> Result<()> {
         for (key, value) in self.settings() {
-            let given = key.split('.').try_fold(Value::Table(settings.clone()), |at, part| at.get(part).cloned());
+            let given = key
+                .split('.')
+                .try_fold(Value::Table(settings.clone()), |at, part| at.get(part).cloned());
             if given.is_none() {
                 config::set(settings, key, value)?;
             }

@@ -20,7 +20,10 @@ use crate::method::cache::{CacheSettings, store};
 use crate::method::decompose::DecomposeSettings;
 use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
-use crate::method::{Method, Rendered, cache, converge, decompose, direct, gather, local_correction, path, photon_map, points};
+use crate::method::{
+    Method, Rendered, cache, converge, decompose, direct, gather, local_correction, path,
+    photon_map, points,
+};
 use crate::report::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::run::Run;
 use crate::sampling::hash64;
@@ -40,7 +43,8 @@ pub(super) struct RenderArgs {
     /// Remove noise from the finished picture; it stays as it was in the layer "noisy".
     #[arg(long, value_enum)]
     denoise: Option<Denoise>,
-    /// Go on from this method's picture towards the ground truth, until --spp, --time-limit or --target-error.
+    /// Go on from this method's picture towards the ground truth, until --spp, --time-limit or
+    /// --target-error.
     #[arg(long)]
     converge: bool,
     /// With --converge: stop once the certified relMSE is below this.
@@ -49,11 +53,13 @@ pub(super) struct RenderArgs {
     /// Near/far distance: a length, or a share of the scene's diagonal such as "2%".
     #[arg(long, value_name = "LENGTH")]
     alpha: Option<String>,
-    /// Start from the proxy and clusters, or from the cache records, of this file, whatever camera it was made for; what it does not cover
-    /// is computed. A file of another scene, other settings or another version is refused.
+    /// Start from the proxy and clusters, or from the cache records, of this file, whatever camera
+    /// it was made for; what it does not cover is computed. A file of another scene, other settings
+    /// or another version is refused.
     #[arg(long, value_name = "FILE.ply")]
     load_cache: Option<PathBuf>,
-    /// Write proxy and clusters, or the irradiance cache's records, for later renders of the scene from any camera.
+    /// Write proxy and clusters, or the irradiance cache's records, for later renders of the scene
+    /// from any camera.
     #[arg(long, value_name = "FILE.ply")]
     save_cache: Option<PathBuf>,
     /// Write where indirect light was sampled, as PLY points.
@@ -106,7 +112,10 @@ const ENDLESS_SPP: i64 = 1 << 30;
 pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     let mut extra = Vec::new();
     if let Some(spp) = args.output.spp {
-        extra.push((if args.converge { "converge.spp" } else { spp_key(args.method) }, Value::Integer(spp.into())));
+        extra.push((
+            if args.converge { "converge.spp" } else { spp_key(args.method) },
+            Value::Integer(spp.into()),
+        ));
     } else if args.converge && endless(&args.output, args.target_error) {
         extra.push(("converge.spp", Value::Integer(ENDLESS_SPP)));
     } else if args.method == Method::Path && endless(&args.output, None) {
@@ -131,13 +140,28 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     let inputs = config.inputs(world.diagonal);
     let mut rendered = match args.method {
         Method::Path => path::render(&world, &config.path, config.seed, &job.run)?,
-        Method::Decomposition => decomposed(args, &job.scene, &world, &config.decompose, inputs, &job.run)?,
-        Method::IrradianceCache => with_cache(args, &job.scene, &world, &config.cache, inputs, &job.run)?,
+        Method::Decomposition => {
+            decomposed(args, &job.scene, &world, &config.decompose, inputs, &job.run)?
+        }
+        Method::IrradianceCache => {
+            with_cache(args, &job.scene, &world, &config.cache, inputs, &job.run)?
+        }
         Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
         Method::Points => points::render(&world, &config.points, inputs, &job.run)?,
-        Method::LocalCorrection => local_correction::render(&world, &config.local, &config.record, config.seed, &job.run)?,
-        Method::PhotonMap => photon_map::render(&world, inputs.near_cell, &config.photon, &config.record, config.seed, &job.run)?,
-        Method::Direct => direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?,
+        Method::LocalCorrection => {
+            local_correction::render(&world, &config.local, &config.record, config.seed, &job.run)?
+        }
+        Method::PhotonMap => photon_map::render(
+            &world,
+            inputs.near_cell,
+            &config.photon,
+            &config.record,
+            config.seed,
+            &job.run,
+        )?,
+        Method::Direct => {
+            direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?
+        }
     };
     if args.converge {
         rendered = converged(args, &world, config, rendered, &job.run)?;
@@ -147,7 +171,14 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     }
     write_samples(args, &rendered)?;
     if let Some(path) = &args.photons {
-        photon_map::write_photons(&world, inputs.near_cell, &config.photon, config.seed, path, &job.run)?;
+        photon_map::write_photons(
+            &world,
+            inputs.near_cell,
+            &config.photon,
+            config.seed,
+            path,
+            &job.run,
+        )?;
     }
     finish(&args.scene, &args.output, &name(args.method), &job, &world, rendered)
 }
@@ -164,7 +195,12 @@ fn denoised(rendered: &mut Rendered, denoiser: &Denoiser, method: Method, run: &
 
 /// Options that only some methods understand.
 fn check_samples(args: &RenderArgs) -> Result<()> {
-    let unknown = |option: &str, methods: &str| Err(Error::Usage(format!("{option}: --method {} has none; use {methods}", name(args.method))));
+    let unknown = |option: &str, methods: &str| {
+        Err(Error::Usage(format!(
+            "{option}: --method {} has none; use {methods}",
+            name(args.method)
+        )))
+    };
     if !matches!(args.method, Method::IrradianceCache | Method::Decomposition) {
         if args.load_cache.is_some() {
             return unknown("--load-cache", "--method decomposition or irradiance-cache");
@@ -180,15 +216,28 @@ fn check_samples(args: &RenderArgs) -> Result<()> {
         }
     }
     if args.converge && matches!(args.method, Method::Path | Method::PhotonMap) {
-        return unknown("--converge", "a method with a picture to start from, such as --method decomposition (nearfar reference converges by itself)");
+        return unknown(
+            "--converge",
+            "a method with a picture to start from, such as --method decomposition (nearfar reference converges by itself)",
+        );
     }
     if args.photons.is_some() && args.method != Method::PhotonMap {
         return unknown("--photons", "--method photon-map");
     }
-    [&args.save_cache, &args.locations, &args.locations_png, &args.photons].into_iter().flatten().try_for_each(|path| check_writable(path))
+    [&args.save_cache, &args.locations, &args.locations_png, &args.photons]
+        .into_iter()
+        .flatten()
+        .try_for_each(|path| check_writable(path))
 }
 
-fn with_cache(args: &RenderArgs, scene: &Scene, world: &World, settings: &CacheSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+fn with_cache(
+    args: &RenderArgs,
+    scene: &Scene,
+    world: &World,
+    settings: &CacheSettings,
+    inputs: Inputs<'_>,
+    run: &Run,
+) -> Result<Rendered> {
     // The key reads the whole scene: made only where there is a file to compare it with.
     let key = || store::key(Fingerprint::new(scene), &inputs, settings);
     let earlier = args.load_cache.as_deref().map(|path| store::load(path, &key())).transpose()?;
@@ -199,10 +248,23 @@ fn with_cache(args: &RenderArgs, scene: &Scene, world: &World, settings: &CacheS
     Ok(rendered)
 }
 
-fn decomposed(args: &RenderArgs, scene: &Scene, world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+fn decomposed(
+    args: &RenderArgs,
+    scene: &Scene,
+    world: &World,
+    settings: &DecomposeSettings,
+    inputs: Inputs<'_>,
+    run: &Run,
+) -> Result<Rendered> {
     let key = || decompose::store::key(Fingerprint::new(scene), &inputs, settings, world.diagonal);
     let prepared = match &args.load_cache {
-        Some(path) => decompose::resume(world, settings, inputs, decompose::store::load(path, &key(), &inputs, settings)?, run)?,
+        Some(path) => decompose::resume(
+            world,
+            settings,
+            inputs,
+            decompose::store::load(path, &key(), &inputs, settings)?,
+            run,
+        )?,
         None => decompose::prepare(world, settings, inputs, run)?,
     };
     if let Some(path) = &args.save_cache {
@@ -213,14 +275,30 @@ fn decomposed(args: &RenderArgs, scene: &Scene, world: &World, settings: &Decomp
 }
 
 /// Path-traced halves of independent seeds bring the model's picture towards the truth.
-fn converged(args: &RenderArgs, world: &World, config: &RenderConfig, model: Rendered, run: &Run) -> Result<Rendered> {
+fn converged(
+    args: &RenderArgs,
+    world: &World,
+    config: &RenderConfig,
+    model: Rendered,
+    run: &Run,
+) -> Result<Rendered> {
     let mut sample = |half: usize, earlier: Option<&Film>, spp: u32| {
         let settings = PathSettings { spp, target_error: 0.0, ..config.path.clone() };
-        path::reference(world, &settings, hash64(config.seed ^ CONVERGE_KEY ^ half as u64), run, earlier, true).map(|r| r.film)
+        path::reference(
+            world,
+            &settings,
+            hash64(config.seed ^ CONVERGE_KEY ^ half as u64),
+            run,
+            earlier,
+            true,
+        )
+        .map(|r| r.film)
     };
     let rendered = converge::render(model, &config.converge, &mut sample, run)?;
     if !args.scene.quiet {
-        let of = |key: &str| rendered.stats.get(&format!("converge_{key}")).and_then(serde_json::Value::as_f64);
+        let of = |key: &str| {
+            rendered.stats.get(&format!("converge_{key}")).and_then(serde_json::Value::as_f64)
+        };
         match (of("spp"), of("relmse"), of("bias"), of("noise"), of("model"), of("path")) {
             (Some(spp), Some(relmse), Some(bias), Some(noise), Some(model), Some(path)) => {
                 eprintln!(
@@ -243,7 +321,8 @@ fn write_samples(args: &RenderArgs, rendered: &Rendered) -> Result<()> {
     if let Some(path) = &args.locations {
         rendered.locations.write_ply(path)?;
     }
-    if let (Some(path), Some(marks)) = (&args.locations_png, rendered.film.channels.get("location")) {
+    if let (Some(path), Some(marks)) = (&args.locations_png, rendered.film.channels.get("location"))
+    {
         let exposure = args.output.exposure + BACKDROP_STOPS;
         let mut pixels = rendered.film.rgb("").unwrap_or_default();
         mark(&mut pixels, marks, exposure);
@@ -269,7 +348,14 @@ pub(super) fn reference(args: &ReferenceArgs, cancel: &Arc<AtomicBool>) -> Resul
     let job = args.scene.prepare(&extra, args.output.time_limit, cancel)?;
     let world = World::new(&job.scene, args.scene.backend, &job.run)?;
     warn_of_camera(&args.scene, &job.run, &world);
-    let rendered = path::reference(&world, &job.config.path, job.config.seed, &job.run, earlier.as_ref(), !args.no_state)?;
+    let rendered = path::reference(
+        &world,
+        &job.config.path,
+        job.config.seed,
+        &job.run,
+        earlier.as_ref(),
+        !args.no_state,
+    )?;
     finish(&args.scene, &args.output, &name(Method::Path), &job, &world, rendered)
 }
 
@@ -282,10 +368,16 @@ pub(super) fn warn_of_camera(scene: &SceneOptions, run: &Run, world: &World) {
 
 pub(super) fn check_outputs(output: &OutputOptions) -> Result<()> {
     if output.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
-        return Err(Error::Usage(format!("--output {}: the image is OpenEXR, name it .exr (--png writes a PNG beside it)", output.output.display())));
+        return Err(Error::Usage(format!(
+            "--output {}: the image is OpenEXR, name it .exr (--png writes a PNG beside it)",
+            output.output.display()
+        )));
     }
     if let Some(layer) = output.aov.iter().find(|l| !LAYERS.contains(&layer_of(l))) {
-        return Err(Error::Usage(format!("--aov {layer}: no method has such a layer; choose among {}", LAYERS.join(", "))));
+        return Err(Error::Usage(format!(
+            "--aov {layer}: no method has such a layer; choose among {}",
+            LAYERS.join(", ")
+        )));
     }
     check_writable(&output.output)?;
     output.stats.as_deref().map_or(Ok(()), check_writable)
@@ -293,7 +385,8 @@ pub(super) fn check_outputs(output: &OutputOptions) -> Result<()> {
 
 /// The name of a choice, as written on the command line.
 fn name<T: clap::ValueEnum>(choice: T) -> String {
-    clap::ValueEnum::to_possible_value(&choice).map_or_else(String::new, |v| v.get_name().to_owned())
+    clap::ValueEnum::to_possible_value(&choice)
+        .map_or_else(String::new, |v| v.get_name().to_owned())
 }
 
 /// Layers that some method writes.
@@ -327,19 +420,32 @@ fn layer_of(channel: &str) -> &str {
     channel.split_once('.').map_or(channel, |(layer, _)| layer)
 }
 
-/// Keeps the beauty, the running sums and the named layers; warns of layers that this method does not have.
+/// Keeps the beauty, the running sums and the named layers; warns of layers that this method does
+/// not have.
 pub(super) fn keep_layers(film: &mut Film, wanted: &[String], run: &Run) {
     if wanted.is_empty() {
         return;
     }
-    for layer in wanted.iter().filter(|w| *w != "none" && !film.channels.keys().any(|c| layer_of(c) == layer_of(w))) {
+    for layer in wanted
+        .iter()
+        .filter(|w| *w != "none" && !film.channels.keys().any(|c| layer_of(c) == layer_of(w)))
+    {
         run.warn(format!("--aov {layer}: this method has no such layer"));
     }
-    film.channels.retain(|c, _| ["R", "G", "B"].contains(&c.as_str()) || layer_of(c) == "state" || wanted.iter().any(|w| layer_of(w) == layer_of(c)));
+    film.channels.retain(|c, _| {
+        ["R", "G", "B"].contains(&c.as_str())
+            || layer_of(c) == "state"
+            || wanted.iter().any(|w| layer_of(w) == layer_of(c))
+    });
 }
 
 /// The header of an image.
-pub(super) fn describe(film: &mut Film, scene: &SceneOptions, method: &str, job: &Job) -> Result<()> {
+pub(super) fn describe(
+    film: &mut Film,
+    scene: &SceneOptions,
+    method: &str,
+    job: &Job,
+) -> Result<()> {
     for (key, value) in [
         ("nearfar.version", env!("CARGO_PKG_VERSION").to_owned()),
         ("nearfar.scene", scene.scene.display().to_string()),
@@ -355,7 +461,14 @@ pub(super) fn describe(film: &mut Film, scene: &SceneOptions, method: &str, job:
 }
 
 /// Writes image, statistics and notes.
-pub(super) fn finish(scene: &SceneOptions, output: &OutputOptions, method: &str, job: &Job, world: &World, rendered: Rendered) -> Result<()> {
+pub(super) fn finish(
+    scene: &SceneOptions,
+    output: &OutputOptions,
+    method: &str,
+    job: &Job,
+    world: &World,
+    rendered: Rendered,
+) -> Result<()> {
     let Rendered { mut film, stats, .. } = rendered;
     keep_layers(&mut film, &output.aov, &job.run);
     if !scene.quiet {
@@ -364,7 +477,11 @@ pub(super) fn finish(scene: &SceneOptions, output: &OutputOptions, method: &str,
     describe(&mut film, scene, method, job)?;
     {
         let _phase = job.run.phase("write", 1);
-        film::write_exr(&film, &output.output, if output.half { Precision::Half } else { Precision::Full })?;
+        film::write_exr(
+            &film,
+            &output.output,
+            if output.half { Precision::Half } else { Precision::Full },
+        )?;
         if output.png {
             film::write_png(&film, &output.output.with_extension("png"), output.exposure)?;
         }
@@ -384,8 +501,16 @@ pub(super) fn finish(scene: &SceneOptions, output: &OutputOptions, method: &str,
         statistics::write(&stats, path)?;
     }
     if scene.verbose {
-        job.run.seconds().iter().for_each(|(phase, seconds)| eprintln!("{phase:>12} {seconds:8.2} s"));
-        eprintln!("{:>12} {:8.2} s, {:.2} s of CPU", "total", job.start.elapsed().as_secs_f64(), statistics::cpu_seconds());
+        job.run
+            .seconds()
+            .iter()
+            .for_each(|(phase, seconds)| eprintln!("{phase:>12} {seconds:8.2} s"));
+        eprintln!(
+            "{:>12} {:8.2} s, {:.2} s of CPU",
+            "total",
+            job.start.elapsed().as_secs_f64(),
+            statistics::cpu_seconds()
+        );
     }
     if job.run.cancelled() { Err(Error::Interrupted) } else { Ok(()) }
 }

@@ -16,7 +16,8 @@ use crate::run::Run;
 /// Options of `nearfar report`.
 #[derive(Debug, Args)]
 pub(super) struct ReportArgs {
-    /// Folder of EXR pictures or of subfolders with them, a section each; statistics (`NAME.json` by --stats) beside them, `report.toml` for titles, order, sweeps.
+    /// Folder of EXR pictures or of subfolders with them, a section each; statistics (`NAME.json`
+    /// by --stats) beside them, `report.toml` for titles, order, sweeps.
     dir: PathBuf,
     /// Page to write; default index.html in the folder.
     #[arg(short, long, value_name = "PAGE.html")]
@@ -27,14 +28,17 @@ pub(super) struct ReportArgs {
 }
 
 /// # Errors
-/// A folder without pictures, a malformed `report.toml`, unreadable images, a page that cannot be written.
+/// A folder without pictures, a malformed `report.toml`, unreadable images, a page that cannot be
+/// written.
 pub(super) fn write(args: &ReportArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     let output = args.output.clone().unwrap_or_else(|| args.dir.join("index.html"));
     check_writable(&output)?;
     let run = with_bar(Run::new(0)?, args.quiet, cancel);
     let html = page(&args.dir, &run)?;
     tell(false, &[], &run.warnings());
-    atomically(&output, |temporary| std::fs::write(temporary, html).map_err(|source| Error::Io { path: output.clone(), source }))?;
+    atomically(&output, |temporary| {
+        std::fs::write(temporary, html).map_err(|source| Error::Io { path: output.clone(), source })
+    })?;
     println!("{}", output.display());
     Ok(())
 }

@@ -15,14 +15,15 @@ use crate::sampling::hash64;
 /// Options of `nearfar show`.
 #[derive(Debug, Args)]
 pub(super) struct ShowArgs {
-    /// Images: OpenEXR, of equal height. Or one file of points (PLY): discs of `bake`, clusters and records of `--save-cache`, samples of
-    /// `--locations`, photons of `--photons`, or any other's.
+    /// Images: OpenEXR, of equal height. Or one file of points (PLY): discs of `bake`, clusters and
+    /// records of `--save-cache`, samples of `--locations`, photons of `--photons`, or any other's.
     #[arg(required = true, value_name = "FILE")]
     images: Vec<PathBuf>,
     /// Picture to write, or for points the page: default NAME.html beside NAME.ply.
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
-    /// Layer to show: a colour layer (`far`), a vector (`N`), or one channel (`cluster.id`, `depth.Z`) in false colours; default the beauty.
+    /// Layer to show: a colour layer (`far`), a vector (`N`), or one channel (`cluster.id`,
+    /// `depth.Z`) in false colours; default the beauty.
     #[arg(long, default_value = "", value_name = "LAYER")]
     layer: String,
     /// Brighten by this many stops (colour layers).
@@ -43,7 +44,10 @@ pub(super) fn show(args: &ShowArgs) -> Result<()> {
         return Err(Error::Usage("images become one picture: name it with -o OUT.png".into()));
     };
     if has_extension(output, "html") {
-        return Err(Error::Usage(format!("{}: only points (PLY) become a page; name a picture, such as -o OUT.png", output.display())));
+        return Err(Error::Usage(format!(
+            "{}: only points (PLY) become a page; name a picture, such as -o OUT.png",
+            output.display()
+        )));
     }
     check_writable(output)?;
     let (mut width, mut height, mut rows) = (0, 0, Vec::new());
@@ -51,10 +55,18 @@ pub(super) fn show(args: &ShowArgs) -> Result<()> {
         let film = read_exr(path)?;
         let unknown = |layer: &str| {
             let known: Vec<&str> = film.channels.keys().map(String::as_str).collect();
-            Error::Usage(format!("{}: no layer \"{layer}\"; channels are {}", path.display(), known.join(", ")))
+            Error::Usage(format!(
+                "{}: no layer \"{layer}\"; channels are {}",
+                path.display(),
+                known.join(", ")
+            ))
         };
         if height != 0 && film.height != height {
-            return Err(Error::Usage(format!("{} is {} pixels high, the images before it {height}", path.display(), film.height)));
+            return Err(Error::Usage(format!(
+                "{} is {} pixels high, the images before it {height}",
+                path.display(),
+                film.height
+            )));
         }
         let mut pixels = pixels(&film, &args.layer).ok_or_else(|| unknown(&args.layer))?;
         if let Some(dots) = &args.dots {
@@ -85,7 +97,10 @@ fn show_points(args: &ShowArgs) -> Result<()> {
     }
     let output = args.output.clone().unwrap_or_else(|| path.with_extension("html"));
     if !has_extension(&output, "html") && !has_extension(&output, "htm") {
-        return Err(Error::Usage(format!("{}: points become a page; name it OUT.html", output.display())));
+        return Err(Error::Usage(format!(
+            "{}: points become a page; name it OUT.html",
+            output.display()
+        )));
     }
     check_writable(&output)?;
     let title = path.file_name().unwrap_or_default().to_string_lossy();
@@ -102,14 +117,21 @@ pub(super) fn mark(pixels: &mut [Rgb], marks: &[f32], exposure: f32) {
     }
 }
 
-/// A colour layer as it is, a vector from −1..1 to 0..1, a scalar in false colours: ids hashed, anything else grey from its least to its greatest.
+/// A colour layer as it is, a vector from −1..1 to 0..1, a scalar in false colours: ids hashed,
+/// anything else grey from its least to its greatest.
 fn pixels(film: &Film, layer: &str) -> Option<Vec<Rgb>> {
     if let Some(colour) = film.rgb(layer) {
         return Some(colour);
     }
     let [x, y, z] = ["X", "Y", "Z"].map(|c| film.channels.get(&format!("{layer}.{c}")));
     if let (Some(x), Some(y), Some(z)) = (x, y, z) {
-        return Some(x.iter().zip(y).zip(z).map(|((&x, &y), &z)| Rgb::new(x, y, z) * 0.5 + Rgb::splat(0.5)).collect());
+        return Some(
+            x.iter()
+                .zip(y)
+                .zip(z)
+                .map(|((&x, &y), &z)| Rgb::new(x, y, z) * 0.5 + Rgb::splat(0.5))
+                .collect(),
+        );
     }
     let values = film.channels.get(layer)?;
     if layer.ends_with("id") {
@@ -119,9 +141,17 @@ fn pixels(film: &Film, layer: &str) -> Option<Vec<Rgb>> {
         };
         return Some(values.iter().map(|&v| if v < 0.0 { Rgb::ZERO } else { hue(v) }).collect());
     }
-    let (low, high) = values.iter().filter(|v| v.is_finite()).fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+    let (low, high) = values
+        .iter()
+        .filter(|v| v.is_finite())
+        .fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
     let span = (high - low).max(f32::MIN_POSITIVE);
-    Some(values.iter().map(|&v| Rgb::splat(if v.is_finite() { (v - low) / span } else { 1.0 })).collect())
+    Some(
+        values
+            .iter()
+            .map(|&v| Rgb::splat(if v.is_finite() { (v - low) / span } else { 1.0 }))
+            .collect(),
+    )
 }
 
 #[cfg(test)]

@@ -12,16 +12,19 @@ pub(super) fn cpu_seconds() -> f64 {
     two_times(11)
 }
 
-/// User and system seconds of all child processes that have ended and were waited for; 0 where the system does not tell.
+/// User and system seconds of all child processes that have ended and were waited for; 0 where the
+/// system does not tell.
 pub(super) fn children_cpu_seconds() -> f64 {
     two_times(13)
 }
 
-/// Two neighbouring fields of /proc/self/stat, counted from 0 after the parenthesised name; in ticks of 1/100 s on every Linux.
+/// Two neighbouring fields of /proc/self/stat, counted from 0 after the parenthesised name; in
+/// ticks of 1/100 s on every Linux.
 fn two_times(first: usize) -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after = text.rsplit(')').next().unwrap_or_default();
-    let ticks: u64 = after.split_whitespace().skip(first).take(2).filter_map(|t| t.parse::<u64>().ok()).sum();
+    let ticks: u64 =
+        after.split_whitespace().skip(first).take(2).filter_map(|t| t.parse::<u64>().ok()).sum();
     ticks as f64 / 100.0
 }
 
@@ -33,7 +36,11 @@ pub(super) fn peak_rss_bytes() -> u64 {
 }
 
 /// Rays and seconds of the run, and the process's own figures, added to what the method says.
-pub(super) fn collect(run: &Run, total_seconds: f64, mut of_method: Map<String, Value>) -> Map<String, Value> {
+pub(super) fn collect(
+    run: &Run,
+    total_seconds: f64,
+    mut of_method: Map<String, Value>,
+) -> Map<String, Value> {
     let rays: Map<String, Value> = [
         ("primary", RayKind::Primary),
         ("shadow", RayKind::Shadow),
@@ -44,7 +51,8 @@ pub(super) fn collect(run: &Run, total_seconds: f64, mut of_method: Map<String, 
     .into_iter()
     .map(|(name, kind)| (name.to_owned(), run.rays.get(kind).into()))
     .collect();
-    let mut seconds: Map<String, Value> = run.seconds().into_iter().map(|(name, s)| (name, s.into())).collect();
+    let mut seconds: Map<String, Value> =
+        run.seconds().into_iter().map(|(name, s)| (name, s.into())).collect();
     seconds.insert("total".into(), total_seconds.into());
     of_method.insert("threads".into(), run.threads().into());
     of_method.insert("rays".into(), rays.into());
@@ -60,7 +68,8 @@ pub(super) fn collect(run: &Run, total_seconds: f64, mut of_method: Map<String, 
 /// # Errors
 /// [`Error::Io`] when the system refuses.
 pub(super) fn write(stats: &Map<String, Value>, path: &Path) -> Result<()> {
-    let text = serde_json::to_string_pretty(stats).map_err(|e| Error::Render(format!("statistics: {e}")))?;
+    let text = serde_json::to_string_pretty(stats)
+        .map_err(|e| Error::Render(format!("statistics: {e}")))?;
     std::fs::write(path, text + "\n").map_err(|source| Error::Io { path: path.into(), source })
 }
 

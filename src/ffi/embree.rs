@@ -1,10 +1,13 @@
-//! Embree's handles with owners, and calls through the shim of `ffi/embree_shim.c`. What is public is safe to call.
+//! Embree's handles with owners, and calls through the shim of `ffi/embree_shim.c`. What is public
+//! is safe to call.
 //!
-//! Handles, enums and calls with scalar or opaque arguments come from `embree4-sys`; everything that touches a ray or a hit goes through
-//! `ffi/embree_shim.c`, which is compiled against the installed headers. Error codes come through the shim as plain integers, because
-//! a newer library may return codes that the enum of `embree4-sys` does not have.
+//! Handles, enums and calls with scalar or opaque arguments come from `embree4-sys`; everything
+//! that touches a ray or a hit goes through `ffi/embree_shim.c`, which is compiled against the
+//! installed headers. Error codes come through the shim as plain integers, because a newer library
+//! may return codes that the enum of `embree4-sys` does not have.
 //!
-//! Ownership  a [`Scene`] keeps the [`Triangles`] that Embree shares and the callback asks, and drops them after Embree's own scene.
+//! Ownership  a [`Scene`] keeps the [`Triangles`] that Embree shares and the callback asks, and
+//!            drops them after Embree's own scene.
 
 use std::ffi::{CStr, CString, c_void};
 use std::mem::MaybeUninit;
@@ -17,18 +20,32 @@ use crate::error::{Error, Result};
 use crate::math::{Hit, Ray};
 
 /// Generated from `ffi/embree_shim.h`.
-#[allow(non_upper_case_globals, non_camel_case_types, missing_docs, missing_debug_implementations, reason = "generated from ffi/embree_shim.h")]
-#[allow(clippy::all, clippy::undocumented_unsafe_blocks, clippy::allow_attributes_without_reason, reason = "generated from ffi/embree_shim.h")]
+#[allow(
+    non_upper_case_globals,
+    non_camel_case_types,
+    missing_docs,
+    missing_debug_implementations,
+    reason = "generated from ffi/embree_shim.h"
+)]
+#[allow(
+    clippy::all,
+    clippy::undocumented_unsafe_blocks,
+    clippy::allow_attributes_without_reason,
+    reason = "generated from ffi/embree_shim.h"
+)]
 mod shim {
     include!(concat!(env!("OUT_DIR"), "/embree_shim.rs"));
 }
 
 // A slice of our rays is a slice of the shim's rays.
-const _: () = assert!(size_of::<Ray>() == size_of::<shim::NfRay>() && align_of::<Ray>() == align_of::<shim::NfRay>());
+const _: () = assert!(
+    size_of::<Ray>() == size_of::<shim::NfRay>() && align_of::<Ray>() == align_of::<shim::NfRay>()
+);
 const _: () = assert!(std::mem::offset_of!(Ray, t_min) == std::mem::offset_of!(shim::NfRay, t_min));
 const _: () = assert!(std::mem::offset_of!(Ray, dir) == std::mem::offset_of!(shim::NfRay, dir));
 const _: () = assert!(std::mem::offset_of!(Ray, t_max) == std::mem::offset_of!(shim::NfRay, t_max));
-const _: () = assert!(size_of::<shim::NfHit>() == 16 && size_of::<Vec3>() == 12 && size_of::<bool>() == 1);
+const _: () =
+    assert!(size_of::<shim::NfHit>() == 16 && size_of::<Vec3>() == 12 && size_of::<bool>() == 1);
 
 /// Hits that cross the border in one call.
 const BLOCK: usize = 256;
@@ -38,13 +55,17 @@ const BLOCK: usize = 256;
 pub struct Device(sys::RTCDevice);
 
 impl Device {
-    /// A device that builds with `threads` threads (0 = all), checked against the headers that the shim was compiled with.
+    /// A device that builds with `threads` threads (0 = all), checked against the headers that the
+    /// shim was compiled with.
     ///
     /// # Errors
-    /// [`Error::Accel`] when the library does not fit those headers, has no filter functions, or fails its check.
+    /// [`Error::Accel`] when the library does not fit those headers, has no filter functions, or
+    /// fails its check.
     pub fn new(threads: usize) -> Result<Self> {
-        let config = CString::new(format!("threads={threads}")).map_err(|e| Error::Accel(e.to_string()))?;
-        // SAFETY: `config` is a string with a terminator that lives through the call; the result is owned by `Self` or null.
+        let config =
+            CString::new(format!("threads={threads}")).map_err(|e| Error::Accel(e.to_string()))?;
+        // SAFETY: `config` is a string with a terminator that lives through the call; the result is
+        // owned by `Self` or null.
         let device = Self(unsafe { sys::rtcNewDevice(config.as_ptr()) });
         if device.0.is_null() {
             return Err(device.error("cannot make a device"));
@@ -69,7 +90,10 @@ impl Device {
         let headers = unsafe { shim::nf_header_version() };
         check_versions(library, headers)?;
         if self.property(sys::RTCDeviceProperty::FILTER_FUNCTION_SUPPORTED) == 0 {
-            return Err(Error::Accel(format!("Embree {} was built without filter functions, which masks need", dotted(library))));
+            return Err(Error::Accel(format!(
+                "Embree {} was built without filter functions, which masks need",
+                dotted(library)
+            )));
         }
         // SAFETY: the device is live; the shim makes and releases a scene of its own.
         let fault = match unsafe { shim::nf_self_check(self.0.cast()) } {
@@ -93,7 +117,12 @@ impl Device {
         // SAFETY: a device or null are allowed; the shim sets `text` to a static string.
         let code = unsafe { shim::nf_take_error(self.0.cast(), &mut text) };
         // SAFETY: set by the call above to a static string with a terminator.
-        (code != 0).then(|| Error::Accel(format!("Embree: {what}: {}", unsafe { CStr::from_ptr(text) }.to_string_lossy())))
+        (code != 0).then(|| {
+            Error::Accel(format!(
+                "Embree: {what}: {}",
+                unsafe { CStr::from_ptr(text) }.to_string_lossy()
+            ))
+        })
     }
 }
 
@@ -123,7 +152,8 @@ fn dotted(version: u32) -> String {
     format!("{}.{}.{}", version / 10_000, version / 100 % 100, version % 100)
 }
 
-/// A triangle mesh that Embree shares. Nothing of it changes while it lives: every call gives the same slices.
+/// A triangle mesh that Embree shares. Nothing of it changes while it lives: every call gives the
+/// same slices.
 pub trait Triangles: std::fmt::Debug + Send + Sync + 'static {
     /// Vertices.
     fn positions(&self) -> &[Vec3];
@@ -131,7 +161,8 @@ pub trait Triangles: std::fmt::Debug + Send + Sync + 'static {
     fn indices(&self) -> &[[u32; 3]];
     /// Whether some triangle is not there everywhere; only then [`Triangles::exists`] is asked.
     fn masked(&self) -> bool;
-    /// True when the surface exists at barycentrics (u, v). Asked from inside queries, on any thread; must not panic.
+    /// True when the surface exists at barycentrics (u, v). Asked from inside queries, on any
+    /// thread; must not panic.
     fn exists(&self, triangle: u32, u: f32, v: f32) -> bool;
 }
 
@@ -144,14 +175,21 @@ pub struct Scene {
     _triangles: Arc<dyn Triangles>,
 }
 
-// SAFETY: queries on a committed scene are thread-safe by Embree's contract, and `Scene` offers nothing but queries; the mask is a function
-// pointer and a pointer to the triangles, which are `Send` and `Sync` themselves.
+// SAFETY: queries on a committed scene are thread-safe by Embree's contract, and `Scene` offers
+// nothing but queries; the mask is a function pointer and a pointer to the triangles, which are
+// `Send` and `Sync` themselves.
 unsafe impl Send for Scene {}
 // SAFETY: as above.
 unsafe impl Sync for Scene {}
 
-unsafe extern "C" fn exists<T: Triangles>(user: *const c_void, triangle: u32, u: f32, v: f32) -> u8 {
-    // SAFETY: `user` is the `T` that `Scene::build` stored; the scene owns it and is borrowed by the running query.
+unsafe extern "C" fn exists<T: Triangles>(
+    user: *const c_void,
+    triangle: u32,
+    u: f32,
+    v: f32,
+) -> u8 {
+    // SAFETY: `user` is the `T` that `Scene::build` stored; the scene owns it and is borrowed by
+    // the running query.
     let triangles = unsafe { &*user.cast::<T>() };
     triangles.exists(triangle, u, v).into()
 }
@@ -160,18 +198,29 @@ impl Scene {
     /// Builds over the triangles: positions are copied, indices are shared.
     ///
     /// # Errors
-    /// [`Error::Accel`] for more triangles than Embree can number, an index out of range, or no memory left.
+    /// [`Error::Accel`] for more triangles than Embree can number, an index out of range, or no
+    /// memory left.
     pub fn build<T: Triangles>(device: &Device, owner: &Arc<T>) -> Result<Self> {
         let (vertices, triangles) = (owner.positions().len(), owner.indices().len());
         if triangles >= shim::NF_MISS as usize || vertices > u32::MAX as usize {
-            return Err(Error::Accel(format!("{triangles} triangles with {vertices} vertices are more than Embree can number")));
+            return Err(Error::Accel(format!(
+                "{triangles} triangles with {vertices} vertices are more than Embree can number"
+            )));
         }
         if let Some(i) = owner.indices().iter().flatten().find(|&&i| i as usize >= vertices) {
-            return Err(Error::Accel(format!("vertex index {i} is out of range: there are {vertices} vertices")));
+            return Err(Error::Accel(format!(
+                "vertex index {i} is out of range: there are {vertices} vertices"
+            )));
         }
-        let mask = owner.masked().then(|| Box::new(shim::NfMask { exists: Some(exists::<T>), user: Arc::as_ptr(owner).cast() }));
+        let mask = owner.masked().then(|| {
+            Box::new(shim::NfMask { exists: Some(exists::<T>), user: Arc::as_ptr(owner).cast() })
+        });
         // SAFETY: the device is live; the handle is owned by `scene` from here on.
-        let scene = Self { handle: unsafe { sys::rtcNewScene(device.0) }, mask, _triangles: Arc::<T>::clone(owner) };
+        let scene = Self {
+            handle: unsafe { sys::rtcNewScene(device.0) },
+            mask,
+            _triangles: Arc::<T>::clone(owner),
+        };
         if scene.handle.is_null() {
             return Err(device.error("cannot make a scene"));
         }
@@ -192,20 +241,38 @@ impl Scene {
     }
 
     fn attach(&self, device: &Device, positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<()> {
-        // SAFETY: the device is live; the handle is released below, after the scene has taken its own reference.
+        // SAFETY: the device is live; the handle is released below, after the scene has taken its
+        // own reference.
         let mesh = unsafe { sys::rtcNewGeometry(device.0, sys::RTCGeometryType::TRIANGLE) };
         let n = positions.len();
-        // SAFETY: `mesh` is live. Embree allocates `n` vertices of 12 bytes and the padding it wants; the copy stays inside. The shared
-        // indices are in range (checked by the caller), and owned and unchanged as long as the scene; so is the mask.
+        // SAFETY: `mesh` is live. Embree allocates `n` vertices of 12 bytes and the padding it
+        // wants; the copy stays inside. The shared indices are in range (checked by the caller),
+        // and owned and unchanged as long as the scene; so is the mask.
         unsafe {
-            let buffer = sys::rtcSetNewGeometryBuffer(mesh, sys::RTCBufferType::VERTEX, 0, sys::RTCFormat::FLOAT3, 12, n);
+            let buffer = sys::rtcSetNewGeometryBuffer(
+                mesh,
+                sys::RTCBufferType::VERTEX,
+                0,
+                sys::RTCFormat::FLOAT3,
+                12,
+                n,
+            );
             if buffer.is_null() {
                 sys::rtcReleaseGeometry(mesh);
                 return Err(device.error("cannot allocate the vertices"));
             }
             std::ptr::copy_nonoverlapping(positions.as_ptr(), buffer.cast::<Vec3>(), n);
             let indices = triangles.as_ptr().cast::<c_void>();
-            sys::rtcSetSharedGeometryBuffer(mesh, sys::RTCBufferType::INDEX, 0, sys::RTCFormat::UINT3, indices, 0, 12, triangles.len());
+            sys::rtcSetSharedGeometryBuffer(
+                mesh,
+                sys::RTCBufferType::INDEX,
+                0,
+                sys::RTCFormat::UINT3,
+                indices,
+                0,
+                12,
+                triangles.len(),
+            );
             if let Some(mask) = &self.mask {
                 shim::nf_set_mask(mesh.cast(), &**mask);
             }
@@ -224,12 +291,26 @@ impl Scene {
         assert_eq!(rays.len(), hits.len());
         let mut block = [const { MaybeUninit::<shim::NfHit>::uninit() }; BLOCK];
         for (rays, hits) in rays.chunks(BLOCK).zip(hits.chunks_mut(BLOCK)) {
-            // SAFETY: the scene is committed; `Ray` has the layout of `NfRay` (asserted above); the block has room for `rays.len()` hits.
-            unsafe { shim::nf_closest(self.handle.cast(), rays.as_ptr().cast(), block.as_mut_ptr().cast(), rays.len(), width as u32) };
+            // SAFETY: the scene is committed; `Ray` has the layout of `NfRay` (asserted above); the
+            // block has room for `rays.len()` hits.
+            unsafe {
+                shim::nf_closest(
+                    self.handle.cast(),
+                    rays.as_ptr().cast(),
+                    block.as_mut_ptr().cast(),
+                    rays.len(),
+                    width as u32,
+                )
+            };
             for (hit, raw) in hits.iter_mut().zip(&block) {
                 // SAFETY: the call above wrote the first `rays.len()` hits.
                 let raw = unsafe { raw.assume_init_ref() };
-                *hit = (raw.triangle != shim::NF_MISS).then_some(Hit { t: raw.t, u: raw.u, v: raw.v, triangle: raw.triangle });
+                *hit = (raw.triangle != shim::NF_MISS).then_some(Hit {
+                    t: raw.t,
+                    u: raw.u,
+                    v: raw.v,
+                    triangle: raw.triangle,
+                });
             }
         }
     }
@@ -237,8 +318,17 @@ impl Scene {
     /// Any hits; the slices have equal length.
     pub fn occluded(&self, rays: &[Ray], occluded: &mut [bool], width: usize) {
         assert_eq!(rays.len(), occluded.len());
-        // SAFETY: the scene is committed; `Ray` has the layout of `NfRay`; the shim writes 0 or 1 to each of the `rays.len()` bytes.
-        unsafe { shim::nf_occluded(self.handle.cast(), rays.as_ptr().cast(), occluded.as_mut_ptr().cast(), rays.len(), width as u32) };
+        // SAFETY: the scene is committed; `Ray` has the layout of `NfRay`; the shim writes 0 or 1
+        // to each of the `rays.len()` bytes.
+        unsafe {
+            shim::nf_occluded(
+                self.handle.cast(),
+                rays.as_ptr().cast(),
+                occluded.as_mut_ptr().cast(),
+                rays.len(),
+                width as u32,
+            )
+        };
     }
 }
 
@@ -290,7 +380,8 @@ mod tests {
 
     #[test]
     fn indices_out_of_range_are_refused() {
-        let error = Scene::build(&Device::new(1).unwrap(), &Arc::new(OutOfRange)).unwrap_err().to_string();
+        let error =
+            Scene::build(&Device::new(1).unwrap(), &Arc::new(OutOfRange)).unwrap_err().to_string();
         assert!(error.contains("vertex index 3 is out of range"), "{error}");
     }
 }

@@ -1,10 +1,14 @@
-//! Open Image Denoise 2, opened at run time: never needed to build, and only there where the user has it.
+//! Open Image Denoise 2, opened at run time: never needed to build, and only there where the user
+//! has it.
 //!
-//! Search     the file or folder that `NEARFAR_OIDN` names; without it the system's library path, by the names of [`NAMES`].
-//! Interface  the C functions of version 2 (CPU device, filter `RT`); names and types as in its own documentation, chapter "API".
-//! Guarantees an older library, a library of another kind and a missing one are told apart, each with the fix. The library stays open until the
+//! Search     the file or folder that `NEARFAR_OIDN` names; without it the system's library path,
+//!            by the names of [`NAMES`].
+//! Interface  the C functions of version 2 (CPU device, filter `RT`); names and types as in its own
+//!            documentation, chapter "API". Guarantees an older library, a library of another kind
+//!            and a missing one are told apart, each with the fix. The library stays open until the
 //!            process ends: its threads do.
-//! Cost       opening a tenth of a second; a filter 3 µs of CPU a pixel, and 0.6 kB a pixel while it works.
+//! Cost       opening a tenth of a second; a filter 3 µs of CPU a pixel, and 0.6 kB a pixel while
+//!            it works.
 
 use std::ffi::{CStr, OsStr, c_char, c_int, c_void};
 use std::mem::ManuallyDrop;
@@ -46,7 +50,17 @@ struct Api {
     get_device_error: unsafe extern "C" fn(Device, *mut *const c_char) -> c_int,
     release_device: unsafe extern "C" fn(Device),
     new_filter: unsafe extern "C" fn(Device, *const c_char) -> Filter,
-    set_shared_filter_image: unsafe extern "C" fn(Filter, *const c_char, *mut c_void, c_int, usize, usize, usize, usize, usize),
+    set_shared_filter_image: unsafe extern "C" fn(
+        Filter,
+        *const c_char,
+        *mut c_void,
+        c_int,
+        usize,
+        usize,
+        usize,
+        usize,
+        usize,
+    ),
     set_filter_bool: unsafe extern "C" fn(Filter, *const c_char, bool),
     commit_filter: unsafe extern "C" fn(Filter),
     execute_filter: unsafe extern "C" fn(Filter),
@@ -56,7 +70,8 @@ struct Api {
 
 impl Api {
     fn load(library: Library) -> std::result::Result<Self, libloading::Error> {
-        // SAFETY: each symbol is read as the type that the interface of version 2 gives it, and `Self` keeps the library open.
+        // SAFETY: each symbol is read as the type that the interface of version 2 gives it, and
+        // `Self` keeps the library open.
         unsafe {
             Ok(Self {
                 new_device: *library.get(b"oidnNewDevice\0")?,
@@ -122,7 +137,10 @@ impl Denoiser {
                 let files = files(Path::new(place));
                 if files.is_empty() {
                     let names = NAMES.join(" or ");
-                    return Err(Error::Usage(format!("{VARIABLE}={}: no such file, and no folder with {names}: correct or unset it", place.to_string_lossy())));
+                    return Err(Error::Usage(format!(
+                        "{VARIABLE}={}: no such file, and no folder with {names}: correct or unset it",
+                        place.to_string_lossy()
+                    )));
                 }
                 files
             }
@@ -130,8 +148,8 @@ impl Denoiser {
         };
         let mut reasons = Vec::new();
         for file in candidates {
-            // SAFETY: runs the initialisers of the library that the user named or the system has under this name; those of Open Image Denoise
-            // expect nothing of the program.
+            // SAFETY: runs the initialisers of the library that the user named or the system has
+            // under this name; those of Open Image Denoise expect nothing of the program.
             match unsafe { Library::new(&file) } {
                 Ok(library) => return Self::start(library, &file, threads),
                 Err(error) => reasons.push(error.to_string()),
@@ -147,15 +165,17 @@ impl Denoiser {
     fn start(library: Library, file: &Path, threads: usize) -> Result<Self> {
         let file = file.display();
         let fix = format!("install version 2, or name another library in {VARIABLE}");
-        let api = Api::load(library).map_err(|e| Error::Usage(format!("{file} is not Open Image Denoise 2 ({e}): {fix}")))?;
+        let api = Api::load(library).map_err(|e| {
+            Error::Usage(format!("{file} is not Open Image Denoise 2 ({e}): {fix}"))
+        })?;
         // SAFETY: a function of one number; the handle is owned by `Self` from here on, or null.
         let device = unsafe { (api.new_device)(DEVICE_CPU) };
         let mut denoiser = Self { api, device, version: [0; 3] };
         if device.is_null() {
             return Err(denoiser.error("cannot make a device"));
         }
-        // SAFETY: the device is live, the names are strings with a terminator that live through the calls. Affinity is left alone: it would
-        // pin the threads of the renderer too.
+        // SAFETY: the device is live, the names are strings with a terminator that live through the
+        // calls. Affinity is left alone: it would pin the threads of the renderer too.
         unsafe {
             (denoiser.api.set_device_int)(device, c"numThreads".as_ptr(), threads as c_int);
             (denoiser.api.set_device_bool)(device, c"setAffinity".as_ptr(), false);
@@ -166,7 +186,10 @@ impl Denoiser {
         let version = unsafe { (denoiser.api.get_device_int)(device, c"version".as_ptr()) } as u32;
         denoiser.version = [version / 10_000, version / 100 % 100, version % 100];
         if denoiser.version[0] != 2 {
-            return Err(Error::Usage(format!("{file} is Open Image Denoise {}, which this program does not know: {fix}", denoiser.dotted())));
+            return Err(Error::Usage(format!(
+                "{file} is Open Image Denoise {}, which this program does not know: {fix}",
+                denoiser.dotted()
+            )));
         }
         Ok(denoiser)
     }
@@ -195,26 +218,46 @@ impl Denoiser {
         for image in [Some(input.color), input.albedo, normal].into_iter().flatten() {
             assert_eq!(image.len(), width * height, "an image of another size");
         }
-        // SAFETY: the device is live, the name a string with a terminator; the filter is released below.
+        // SAFETY: the device is live, the name a string with a terminator; the filter is released
+        // below.
         let filter = unsafe { (self.api.new_filter)(self.device, c"RT".as_ptr()) };
         if filter.is_null() {
             return Err(self.error("cannot make a filter"));
         }
         let set = |name: &CStr, data: *mut c_void| {
-            // SAFETY: the filter is live; `data` holds width · height triples of f32 without padding, and lives beyond the filter; inputs are
-            // only read.
-            unsafe { (self.api.set_shared_filter_image)(filter, name.as_ptr(), data, FORMAT_FLOAT3, width, height, 0, 0, 0) };
+            // SAFETY: the filter is live; `data` holds width · height triples of f32 without
+            // padding, and lives beyond the filter; inputs are only read.
+            unsafe {
+                (self.api.set_shared_filter_image)(
+                    filter,
+                    name.as_ptr(),
+                    data,
+                    FORMAT_FLOAT3,
+                    width,
+                    height,
+                    0,
+                    0,
+                    0,
+                )
+            };
         };
-        for (name, image) in [(c"color", Some(input.color)), (c"albedo", input.albedo), (c"normal", normal)] {
+        for (name, image) in
+            [(c"color", Some(input.color)), (c"albedo", input.albedo), (c"normal", normal)]
+        {
             if let Some(image) = image {
                 set(name, image.as_ptr().cast_mut().cast());
             }
         }
         set(c"output", output.as_mut_ptr().cast());
-        // SAFETY: the filter is live and its images outlive it; executing on the CPU device returns when the output is written.
+        // SAFETY: the filter is live and its images outlive it; executing on the CPU device returns
+        // when the output is written.
         unsafe {
             (self.api.set_filter_bool)(filter, c"hdr".as_ptr(), true);
-            (self.api.set_filter_bool)(filter, c"cleanAux".as_ptr(), input.clean && input.albedo.is_some());
+            (self.api.set_filter_bool)(
+                filter,
+                c"cleanAux".as_ptr(),
+                input.clean && input.albedo.is_some(),
+            );
             (self.api.commit_filter)(filter);
             (self.api.execute_filter)(filter);
             (self.api.release_filter)(filter);
@@ -232,18 +275,23 @@ impl Denoiser {
     }
 
     fn error(&self, what: &str) -> Error {
-        Error::Render(format!("Open Image Denoise: {what}: {}", self.pending().unwrap_or_else(|| "no reason given".into())))
+        Error::Render(format!(
+            "Open Image Denoise: {what}: {}",
+            self.pending().unwrap_or_else(|| "no reason given".into())
+        ))
     }
 
     fn pending(&self) -> Option<String> {
         let mut text = std::ptr::null();
-        // SAFETY: a live device, or null for errors of making one; `text` is set to a string that lives until the next call on this thread.
+        // SAFETY: a live device, or null for errors of making one; `text` is set to a string that
+        // lives until the next call on this thread.
         let code = unsafe { (self.api.get_device_error)(self.device, &raw mut text) };
         if code == 0 {
             return None;
         }
         // SAFETY: not null, and set by the call above to a string with a terminator.
-        let message = (!text.is_null()).then(|| unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned());
+        let message = (!text.is_null())
+            .then(|| unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned());
         Some(message.unwrap_or_else(|| format!("error {code}")))
     }
 }
@@ -262,7 +310,11 @@ fn files(place: &Path) -> Vec<PathBuf> {
     if place.is_file() {
         return vec![place.into()];
     }
-    [place.to_owned(), place.join("lib")].iter().flat_map(|dir| NAMES.iter().map(move |n| dir.join(n))).filter(|f| f.is_file()).collect()
+    [place.to_owned(), place.join("lib")]
+        .iter()
+        .flat_map(|dir| NAMES.iter().map(move |n| dir.join(n)))
+        .filter(|f| f.is_file())
+        .collect()
 }
 
 #[cfg(test)]
@@ -287,7 +339,12 @@ mod tests {
         std::fs::write(&file, "no library").unwrap();
         for place in [&folder, &file] {
             let message = refused(place);
-            assert!(message.contains("cannot be opened") && message.contains("install version 2") && message.contains(VARIABLE), "{message}");
+            assert!(
+                message.contains("cannot be opened")
+                    && message.contains("install version 2")
+                    && message.contains(VARIABLE),
+                "{message}"
+            );
         }
         std::fs::remove_dir_all(&folder).unwrap();
     }
@@ -296,15 +353,22 @@ mod tests {
     #[cfg(target_os = "linux")]
     fn another_library_is_refused() {
         // The C library is there on every Linux, and has no such function.
-        let Some(libc) = ["/lib/x86_64-linux-gnu/libc.so.6", "/lib64/libc.so.6", "/usr/lib/libc.so.6", "/lib/aarch64-linux-gnu/libc.so.6"]
-            .into_iter()
-            .find(|f| Path::new(f).is_file())
-        else {
+        let Some(libc) = [
+            "/lib/x86_64-linux-gnu/libc.so.6",
+            "/lib64/libc.so.6",
+            "/usr/lib/libc.so.6",
+            "/lib/aarch64-linux-gnu/libc.so.6",
+        ]
+        .into_iter()
+        .find(|f| Path::new(f).is_file()) else {
             eprintln!("skipped: no C library at the usual places");
             return;
         };
         let message = refused(Path::new(libc));
-        assert!(message.contains("is not Open Image Denoise 2") && message.contains("oidnNewDevice"), "{message}");
+        assert!(
+            message.contains("is not Open Image Denoise 2") && message.contains("oidnNewDevice"),
+            "{message}"
+        );
     }
 
     #[test]
@@ -316,10 +380,21 @@ mod tests {
         assert_eq!(denoiser.version()[0], 2);
         let (width, height, flat) = (40, 30, Vec3::new(0.5, 0.25, 2.0));
         let mut rng = Rng::new(1, Stream::Test, 0, 0);
-        let noisy: Vec<Vec3> = (0..width * height).map(|_| flat * 2.0 * Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32())).collect();
-        let out = |color: &[Vec3]| denoiser.denoise(&Input { width, height, color, albedo: None, normal: None, clean: false }).unwrap();
-        let deviation = |picture: &[Vec3]| (picture.iter().map(|&c| (c / flat - 1.0).length_squared()).sum::<f32>() / (3 * picture.len()) as f32).sqrt();
-        // A network is no identity: measured 0.013 with 2.5.1, most of it at the corners. Noise: 0.58 before, 0.15 after.
+        let noisy: Vec<Vec3> = (0..width * height)
+            .map(|_| flat * 2.0 * Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()))
+            .collect();
+        let out = |color: &[Vec3]| {
+            denoiser
+                .denoise(&Input { width, height, color, albedo: None, normal: None, clean: false })
+                .unwrap()
+        };
+        let deviation = |picture: &[Vec3]| {
+            (picture.iter().map(|&c| (c / flat - 1.0).length_squared()).sum::<f32>()
+                / (3 * picture.len()) as f32)
+                .sqrt()
+        };
+        // A network is no identity: measured 0.013 with 2.5.1, most of it at the corners. Noise:
+        // 0.58 before, 0.15 after.
         assert!(deviation(&out(&vec![flat; width * height])) < 0.05);
         assert!(deviation(&out(&noisy)) < 0.5 * deviation(&noisy));
     }

@@ -1,13 +1,14 @@
 //! Films to and from OpenEXR: one part, dotted channel names, 32-bit float, ZIP, text attributes.
 //!
-//! Guarantees a file appears whole or not at all (written beside its place, then renamed); what is written is read back equal, bit for
-//!            bit, for finite values in 32 bits.
+//! Guarantees a file appears whole or not at all (written beside its place, then renamed); what is
+//! written is read back equal, bit for bit, for finite values in 32 bits.
 //! Not        deep data, several parts, mip levels: the first part's largest level is read.
 
 use std::path::{Path, PathBuf};
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Layer, LayerAttributes, ReadChannels as _, ReadLayers as _, Text, WritableImage as _, f16,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Layer, LayerAttributes,
+    ReadChannels as _, ReadLayers as _, Text, WritableImage as _, f16,
 };
 
 use super::Film;
@@ -19,7 +20,8 @@ pub enum Precision {
     /// 32-bit float.
     #[default]
     Full,
-    /// 16-bit float, for small committed files. Positions, depths, variances, counts and ids stay 32 bits.
+    /// 16-bit float, for small committed files. Positions, depths, variances, counts and ids stay
+    /// 32 bits.
     Half,
 }
 
@@ -28,11 +30,17 @@ fn stays_full(name: &str) -> bool {
     ["P", "depth", "variance", "samples", "cluster", "state"].contains(&layer)
 }
 
-/// Runs `write` on a temporary neighbour of `path`, then renames it to `path`; leaves nothing behind on failure.
+/// Runs `write` on a temporary neighbour of `path`, then renames it to `path`; leaves nothing
+/// behind on failure.
 pub(crate) fn atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    let name = path.file_name().ok_or_else(|| Error::Image { path: path.into(), message: "names no file".into() })?;
-    let temporary: PathBuf = path.with_file_name(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
-    let done = write(&temporary).and_then(|()| std::fs::rename(&temporary, path).map_err(|source| Error::Io { path: path.into(), source }));
+    let name = path
+        .file_name()
+        .ok_or_else(|| Error::Image { path: path.into(), message: "names no file".into() })?;
+    let temporary: PathBuf =
+        path.with_file_name(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
+    let done = write(&temporary).and_then(|()| {
+        std::fs::rename(&temporary, path).map_err(|source| Error::Io { path: path.into(), source })
+    });
     if done.is_err() {
         let _ = std::fs::remove_file(&temporary);
     }
@@ -42,7 +50,8 @@ pub(crate) fn atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -
 /// Writes all channels and the header.
 ///
 /// # Errors
-/// [`Error::Image`] when a channel's length is not width · height or the film is empty; [`Error::Io`] when the system refuses.
+/// [`Error::Image`] when a channel's length is not width · height or the film is empty;
+/// [`Error::Io`] when the system refuses.
 pub fn write_exr(film: &Film, path: &Path, precision: Precision) -> Result<()> {
     let fail = |message: String| Error::Image { path: path.into(), message };
     let count = film.width as usize * film.height as usize;
@@ -52,14 +61,20 @@ pub fn write_exr(film: &Film, path: &Path, precision: Precision) -> Result<()> {
     let mut list = Vec::with_capacity(film.channels.len());
     for (name, values) in &film.channels {
         if values.len() != count {
-            return Err(fail(format!("channel {name} has {} values for {}×{} pixels", values.len(), film.width, film.height)));
+            return Err(fail(format!(
+                "channel {name} has {} values for {}×{} pixels",
+                values.len(),
+                film.width,
+                film.height
+            )));
         }
         let samples = if precision == Precision::Half && !stays_full(name) {
             FlatSamples::F16(values.iter().map(|&v| f16::from_f32(v)).collect())
         } else {
             FlatSamples::F32(values.clone())
         };
-        let name = Text::new_or_none(name).ok_or_else(|| fail(format!("channel name {name:?} is not Latin-1")))?;
+        let name = Text::new_or_none(name)
+            .ok_or_else(|| fail(format!("channel name {name:?} is not Latin-1")))?;
         list.push(AnyChannel::new(name, samples));
     }
     let mut attributes = LayerAttributes::default();
@@ -69,11 +84,21 @@ pub fn write_exr(film: &Film, path: &Path, precision: Precision) -> Result<()> {
             attributes.other.insert(key, AttributeValue::Text(value));
         }
     }
-    let layer = Layer::new((film.width as usize, film.height as usize), attributes, Encoding::SMALL_FAST_LOSSLESS, AnyChannels::sort(list.into()));
+    let layer = Layer::new(
+        (film.width as usize, film.height as usize),
+        attributes,
+        Encoding::SMALL_FAST_LOSSLESS,
+        AnyChannels::sort(list.into()),
+    );
     if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty() && !p.is_dir()) {
         return Err(fail(format!("folder {} does not exist: create it first", folder.display())));
     }
-    atomically(path, |temporary| exr::prelude::Image::from_layer(layer).write().to_file(temporary).map_err(|e| fail(reason(e))))
+    atomically(path, |temporary| {
+        exr::prelude::Image::from_layer(layer)
+            .write()
+            .to_file(temporary)
+            .map_err(|e| fail(reason(e)))
+    })
 }
 
 /// Reads the first part of a file: every channel as 32-bit float, every text attribute.
@@ -92,7 +117,8 @@ pub fn read_exr(path: &Path) -> Result<Film> {
     let layer = image.layer_data;
     let mut film = Film::new(layer.size.0 as u32, layer.size.1 as u32);
     for channel in layer.channel_data.list {
-        film.channels.insert(channel.name.to_string(), channel.sample_data.values_as_f32().collect());
+        film.channels
+            .insert(channel.name.to_string(), channel.sample_data.values_as_f32().collect());
     }
     for (key, value) in image.attributes.other.iter().chain(&layer.attributes.other) {
         if let AttributeValue::Text(text) = value {
@@ -104,7 +130,9 @@ pub fn read_exr(path: &Path) -> Result<Film> {
 
 fn reason(error: exr::error::Error) -> String {
     match error {
-        exr::error::Error::Io(e) if e.kind() == std::io::ErrorKind::NotFound => "no such file".into(),
+        exr::error::Error::Io(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            "no such file".into()
+        }
         e => format!("not a readable OpenEXR image: {e}"),
     }
 }
@@ -116,7 +144,8 @@ mod tests {
 
     fn film() -> Film {
         let mut film = Film::new(3, 2);
-        let colors: Vec<Rgb> = (0..6).map(|i| Rgb::new(i as f32 / 3.0, 1e-30, 70_000.5 * i as f32)).collect();
+        let colors: Vec<Rgb> =
+            (0..6).map(|i| Rgb::new(i as f32 / 3.0, 1e-30, 70_000.5 * i as f32)).collect();
         film.set_rgb("", &colors);
         film.set_rgb("direct", &colors);
         film.set_xyz("P", &colors);
@@ -131,32 +160,53 @@ mod tests {
         let film = film();
         write_exr(&film, &path, Precision::Full).unwrap();
         let back = read_exr(&path).unwrap();
-        let bits = |f: &Film| f.channels.iter().map(|(k, v)| (k.clone(), v.iter().map(|x| x.to_bits()).collect::<Vec<_>>())).collect::<Vec<_>>();
+        let bits = |f: &Film| {
+            f.channels
+                .iter()
+                .map(|(k, v)| (k.clone(), v.iter().map(|x| x.to_bits()).collect::<Vec<_>>()))
+                .collect::<Vec<_>>()
+        };
         assert_eq!((back.width, back.height), (3, 2));
         assert_eq!(bits(&back), bits(&film));
         assert_eq!(back.header.get("nearfar.settings"), film.header.get("nearfar.settings"));
         let names: Vec<_> = back.channels.keys().map(String::as_str).collect();
-        assert_eq!(names, ["B", "G", "P.X", "P.Y", "P.Z", "R", "depth.Z", "direct.B", "direct.G", "direct.R"]);
+        assert_eq!(
+            names,
+            ["B", "G", "P.X", "P.Y", "P.Z", "R", "depth.Z", "direct.B", "direct.G", "direct.R"]
+        );
 
         write_exr(&film, &path, Precision::Half).unwrap();
         let half = read_exr(&path).unwrap();
         assert_eq!(half.channels["P.X"], film.channels["P.X"]);
-        assert!((half.channels["R"][1] - 1.0 / 3.0).abs() < 2e-4 && half.channels["R"][1] != 1.0 / 3.0);
+        assert!(
+            (half.channels["R"][1] - 1.0 / 3.0).abs() < 2e-4 && half.channels["R"][1] != 1.0 / 3.0
+        );
         std::fs::remove_file(&path).unwrap();
     }
 
     #[test]
     fn failures_leave_nothing_and_say_why() {
         let folder = std::env::temp_dir().join(format!("nearfar-none-{}", std::process::id()));
-        let error = write_exr(&film(), &folder.join("a.exr"), Precision::Full).unwrap_err().to_string();
+        let error =
+            write_exr(&film(), &folder.join("a.exr"), Precision::Full).unwrap_err().to_string();
         assert!(error.contains("does not exist"), "{error}");
         assert!(read_exr(&folder.join("a.exr")).unwrap_err().to_string().contains("no such file"));
         let mut short = film();
         short.set("samples", vec![1.0]);
         std::fs::create_dir(&folder).unwrap();
-        assert!(write_exr(&short, &folder.join("a.exr"), Precision::Full).unwrap_err().to_string().contains("channel samples has 1 values for 3×2"));
+        assert!(
+            write_exr(&short, &folder.join("a.exr"), Precision::Full)
+                .unwrap_err()
+                .to_string()
+                .contains("channel samples has 1 values for 3×2")
+        );
         std::fs::write(folder.join("text.exr"), "hello").unwrap();
-        assert!(read_exr(&folder.join("text.exr")).unwrap_err().to_string().contains("not a readable OpenEXR"));
+        assert!(
+            read_exr(&folder.join("text.exr"))
+                .unwrap_err()
+                .to_string()
+                .contains("not a readable OpenEXR")
+        );
         assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
         std::fs::remove_dir_all(&folder).unwrap();
     }

@@ -1,7 +1,8 @@
 //! Layers of an image and the files they go to: EXR (all layers) and PNG (beauty).
 //!
-//! A [`Film`] is a set of named f32 channels. The beauty is `R G B`; a layer `direct` is `direct.R direct.G direct.B`; scalars such as
-//! `depth.Z`, `cluster.id`, `samples` stand under their full name. Rows run from the top.
+//! A [`Film`] is a set of named f32 channels. The beauty is `R G B`; a layer `direct` is `direct.R
+//! direct.G direct.B`; scalars such as `depth.Z`, `cluster.id`, `samples` stand under their full
+//! name. Rows run from the top.
 
 mod exr;
 mod png;

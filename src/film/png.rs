@@ -1,4 +1,5 @@
-//! The beauty as an 8-bit PNG: linear · 2^exposure, clamped, sRGB curve. No tone mapping. NaN becomes magenta, so that it is seen.
+//! The beauty as an 8-bit PNG: linear · 2^exposure, clamped, sRGB curve. No tone mapping. NaN
+//! becomes magenta, so that it is seen.
 
 use std::path::Path;
 
@@ -28,11 +29,20 @@ pub fn write_png(film: &Film, path: &Path, exposure: f32) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::Image`] when the count does not match or the file cannot be written.
-pub fn write_png_rgb(pixels: &[Rgb], width: u32, height: u32, path: &Path, exposure: f32) -> Result<()> {
+pub fn write_png_rgb(
+    pixels: &[Rgb],
+    width: u32,
+    height: u32,
+    path: &Path,
+    exposure: f32,
+) -> Result<()> {
     let fail = |message: String| Error::Image { path: path.into(), message };
     let bytes: Vec<u8> = pixels.iter().flat_map(|&c| srgb8(c, exposure)).collect();
-    let image = image::RgbImage::from_raw(width, height, bytes).ok_or_else(|| fail(format!("{} pixels for {width}×{height}", pixels.len())))?;
-    atomically(path, |temporary| image.save_with_format(temporary, image::ImageFormat::Png).map_err(|e| fail(e.to_string())))
+    let image = image::RgbImage::from_raw(width, height, bytes)
+        .ok_or_else(|| fail(format!("{} pixels for {width}×{height}", pixels.len())))?;
+    atomically(path, |temporary| {
+        image.save_with_format(temporary, image::ImageFormat::Png).map_err(|e| fail(e.to_string()))
+    })
 }
 
 #[cfg(test)]

@@ -16,7 +16,10 @@ use super::normals::smooth;
 use super::obj::{Obj, read_obj};
 use super::obj_cage::read_cage;
 use super::path::resolve;
-use super::scene_file::{CameraEntry, CurvesEntry, LightEntry, MaterialEntry, MeshEntry, Normals, SceneFile, Triple, line_at};
+use super::scene_file::{
+    CameraEntry, CurvesEntry, LightEntry, MaterialEntry, MeshEntry, Normals, SceneFile, Triple,
+    line_at,
+};
 use super::shape::{Shape, curve_settings};
 use super::validate::{MAX_DIAGONAL, bounds, check_camera, check_lens, framing};
 use crate::error::{Error, Result};
@@ -40,7 +43,13 @@ const DEFAULT_CREASE_DEG: f32 = 40.0;
 impl<'a> Assembly<'a> {
     /// An empty scene; `text` is that of `file`.
     pub fn new(file: &'a Path, text: &'a str) -> Self {
-        Self { file, text, loaded: Loaded::default(), materials: HashMap::new(), textures: HashMap::new() }
+        Self {
+            file,
+            text,
+            loaded: Loaded::default(),
+            materials: HashMap::new(),
+            textures: HashMap::new(),
+        }
     }
 
     fn fail<T>(&self, span: &Range<usize>, message: impl Into<String>) -> Result<T> {
@@ -63,7 +72,10 @@ impl<'a> Assembly<'a> {
         for (index, mesh) in entry.mesh.iter().enumerate() {
             shapes.extend(self.shapes(mesh)?.into_iter().map(|s| (index, s)));
         }
-        let around = shapes.iter().map(|(_, s)| s.bounds()).fold(Aabb::EMPTY, |a, b| Aabb { min: a.min.min(b.min), max: a.max.max(b.max) });
+        let around = shapes
+            .iter()
+            .map(|(_, s)| s.bounds())
+            .fold(Aabb::EMPTY, |a, b| Aabb { min: a.min.min(b.min), max: a.max.max(b.max) });
         for (index, shape) in shapes {
             self.mesh(shape, &entry.mesh[index], around.diagonal())?;
         }
@@ -84,23 +96,39 @@ impl<'a> Assembly<'a> {
             (Some(file), None) => {
                 let path = resolve(file, self.file).or_else(|m| self.fail(&span, m))?;
                 if !path.exists() {
-                    return self.fail(&span, format!("mesh \"{}\" does not exist; correct the path", path.display()));
+                    return self.fail(
+                        &span,
+                        format!("mesh \"{}\" does not exist; correct the path", path.display()),
+                    );
                 }
                 self.read(&path, e, &span)?
             }
             (None, Some(name)) => {
-                let made = builtin::generate(name, &e.parameters).or_else(|m| self.fail(&span, m))?;
+                let made =
+                    builtin::generate(name, &e.parameters).or_else(|m| self.fail(&span, m))?;
                 let ids = made.materials.into_iter().map(|m| self.add_material(m)).collect();
-                let (cages, curves) = (e.subdivision.clone().unwrap_or_default(), e.curves.clone().unwrap_or_default());
+                let (cages, curves) = (
+                    e.subdivision.clone().unwrap_or_default(),
+                    e.curves.clone().unwrap_or_default(),
+                );
                 let settings = self.curve_settings(&curves, &span)?;
                 if e.subdivision.is_some() && made.cages.is_empty() {
-                    return self.fail(&span, format!("builtin \"{name}\" has no subdivision surface; remove subdivision"));
+                    return self.fail(
+                        &span,
+                        format!(
+                            "builtin \"{name}\" has no subdivision surface; remove subdivision"
+                        ),
+                    );
                 }
                 if e.curves.is_some() && made.curves.is_empty() {
-                    return self.fail(&span, format!("builtin \"{name}\" has no curves; remove curves"));
+                    return self
+                        .fail(&span, format!("builtin \"{name}\" has no curves; remove curves"));
                 }
                 if curves.basis.is_some() || curves.width.is_some() || curves.material.is_some() {
-                    return self.fail(&span, "basis, width and material belong to curves of a file; remove them");
+                    return self.fail(
+                        &span,
+                        "basis, width and material belong to curves of a file; remove them",
+                    );
                 }
                 let mut shapes = Vec::new();
                 if !made.mesh.triangles.is_empty() {
@@ -113,7 +141,9 @@ impl<'a> Assembly<'a> {
                 }
                 (shapes, ids)
             }
-            _ => return self.fail(&span, "a mesh needs either file = \"….obj\" or builtin = \"…\""),
+            _ => {
+                return self.fail(&span, "a mesh needs either file = \"….obj\" or builtin = \"…\"");
+            }
         };
         if e.builtin.is_none() && !e.parameters.is_empty() {
             return self.fail(&span, "parameters belong to builtin meshes; remove them");
@@ -135,7 +165,12 @@ impl<'a> Assembly<'a> {
     }
 
     /// The shape of a file and the numbers of its materials.
-    fn read(&mut self, path: &Path, e: &MeshEntry, span: &Range<usize>) -> Result<(Vec<Shape>, Vec<u32>)> {
+    fn read(
+        &mut self,
+        path: &Path,
+        e: &MeshEntry,
+        span: &Range<usize>,
+    ) -> Result<(Vec<Shape>, Vec<u32>)> {
         if is_curve_file(path) {
             if e.subdivision.is_some() {
                 return self.fail(span, "subdivision belongs to .obj files; remove it");
@@ -148,11 +183,21 @@ impl<'a> Assembly<'a> {
             curves.widths.iter_mut().for_each(|w| *w *= entry.width_scale.unwrap_or(1.0));
             let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned());
             let name = entry.material.or(stem).unwrap_or_default();
-            let id = self.add_material(Material { name, albedo: file.albedo.unwrap_or(Rgb::splat(0.5)), ..Material::default() });
+            let id = self.add_material(Material {
+                name,
+                albedo: file.albedo.unwrap_or(Rgb::splat(0.5)),
+                ..Material::default()
+            });
             return Ok((vec![Shape::Curves(curves, settings)], vec![id]));
         }
         if !path.extension().is_some_and(|x| x.eq_ignore_ascii_case("obj")) {
-            return self.fail(span, format!("mesh \"{}\" is no .obj, .hair, .curves or .txt file; convert it", path.display()));
+            return self.fail(
+                span,
+                format!(
+                    "mesh \"{}\" is no .obj, .hair, .curves or .txt file; convert it",
+                    path.display()
+                ),
+            );
         }
         if e.curves.is_some() {
             return self.fail(span, "curves belongs to .hair, .curves and .txt files; remove it");
@@ -175,20 +220,25 @@ impl<'a> Assembly<'a> {
     fn mesh(&mut self, shape: Shape, entry: &Spanned<MeshEntry>, diagonal: f32) -> Result<()> {
         let (span, e) = (entry.span(), entry.get_ref());
         let Loaded { notes, warnings, .. } = &mut self.loaded;
-        let mut mesh = shape.tessellate(diagonal, notes, warnings).or_else(|m| self.fail(&span, m))?;
+        let mut mesh =
+            shape.tessellate(diagonal, notes, warnings).or_else(|m| self.fail(&span, m))?;
         match e.normals {
             Normals::File => {}
             Normals::Face => mesh.normals.clear(),
             Normals::Smooth => {
                 let crease = e.crease_deg.unwrap_or(DEFAULT_CREASE_DEG);
                 if !(0.0..=180.0).contains(&crease) {
-                    return self.fail(&span, format!("crease_deg is {crease} but must lie from 0 to 180"));
+                    return self
+                        .fail(&span, format!("crease_deg is {crease} but must lie from 0 to 180"));
                 }
                 smooth(&mut mesh, crease);
             }
         }
         if e.crease_deg.is_some() && e.normals != Normals::Smooth {
-            return self.fail(&span, "crease_deg belongs to normals = \"smooth\"; add it or remove crease_deg");
+            return self.fail(
+                &span,
+                "crease_deg belongs to normals = \"smooth\"; add it or remove crease_deg",
+            );
         }
         mesh.sides = e.sides;
         self.loaded.scene.meshes.push(mesh);
@@ -201,12 +251,27 @@ impl<'a> Assembly<'a> {
             return Ok(None);
         }
         Ok(Some(match e.matrix {
-            Some(_) if parts => return self.fail(span, "matrix stands alone; remove it or scale, rotate_deg and translate"),
-            Some(rows) => Mat4::from_cols(Vec4::from(rows[0]), Vec4::from(rows[1]), Vec4::from(rows[2]), Vec4::W).transpose(),
+            Some(_) if parts => {
+                return self.fail(
+                    span,
+                    "matrix stands alone; remove it or scale, rotate_deg and translate",
+                );
+            }
+            Some(rows) => Mat4::from_cols(
+                Vec4::from(rows[0]),
+                Vec4::from(rows[1]),
+                Vec4::from(rows[2]),
+                Vec4::W,
+            )
+            .transpose(),
             None => {
                 let angles = e.rotate_deg.unwrap_or_default() * (std::f32::consts::PI / 180.0);
                 let rotation = Quat::from_euler(EulerRot::XYZEx, angles.x, angles.y, angles.z);
-                Mat4::from_scale_rotation_translation(e.scale.map_or(Vec3::ONE, Vec3::from), rotation, e.translate.unwrap_or_default())
+                Mat4::from_scale_rotation_translation(
+                    e.scale.map_or(Vec3::ONE, Vec3::from),
+                    rotation,
+                    e.translate.unwrap_or_default(),
+                )
             }
         }))
     }
@@ -226,15 +291,27 @@ impl<'a> Assembly<'a> {
     }
 
     fn add_mtl(&mut self, m: MtlMaterial) -> Result<u32> {
-        let mut texture = |path: Option<PathBuf>| path.map_or(Ok(None), |p| self.texture_or_warning(&p, &m.name));
-        let (albedo_texture, opacity_texture) = (texture(m.albedo_texture)?, texture(m.opacity_texture)?);
-        Ok(self.add_material(Material { name: m.name, albedo: m.albedo, albedo_texture, emission: m.emission, opacity: m.opacity, opacity_texture }))
+        let mut texture =
+            |path: Option<PathBuf>| path.map_or(Ok(None), |p| self.texture_or_warning(&p, &m.name));
+        let (albedo_texture, opacity_texture) =
+            (texture(m.albedo_texture)?, texture(m.opacity_texture)?);
+        Ok(self.add_material(Material {
+            name: m.name,
+            albedo: m.albedo,
+            albedo_texture,
+            emission: m.emission,
+            opacity: m.opacity,
+            opacity_texture,
+        }))
     }
 
     fn texture_or_warning(&mut self, path: &Path, material: &str) -> Result<Option<TextureId>> {
         match self.texture(path) {
             Err(Error::Io { .. }) => {
-                self.loaded.warnings.push(format!("{}: texture of material \"{material}\" is missing; the plain colour is used", path.display()));
+                self.loaded.warnings.push(format!(
+                    "{}: texture of material \"{material}\" is missing; the plain colour is used",
+                    path.display()
+                ));
                 Ok(None)
             }
             other => other.map(Some),
@@ -255,7 +332,13 @@ impl<'a> Assembly<'a> {
     fn light(&mut self, entry: &Spanned<LightEntry>) -> Result<()> {
         let span = entry.span();
         if let LightEntry::Environment { file, scale, rotation_deg, up } = entry.get_ref() {
-            return self.environment(&span, file, scale.map_or(Rgb::ONE, Rgb::from), *rotation_deg, up.unwrap_or(Vec3::Y));
+            return self.environment(
+                &span,
+                file,
+                scale.map_or(Rgb::ONE, Rgb::from),
+                *rotation_deg,
+                up.unwrap_or(Vec3::Y),
+            );
         }
         let (light, problem) = light(entry.get_ref());
         if let Some(problem) = problem {
@@ -265,7 +348,14 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    fn environment(&mut self, span: &Range<usize>, file: &str, scale: Rgb, rotation_deg: f32, up: Vec3) -> Result<()> {
+    fn environment(
+        &mut self,
+        span: &Range<usize>,
+        file: &str,
+        scale: Rgb,
+        rotation_deg: f32,
+        up: Vec3,
+    ) -> Result<()> {
         if !(scale.is_finite() && scale.min_element() >= 0.0 && scale.max_element() > 0.0) {
             return self.fail(span, "scale must be finite and above 0");
         }
@@ -278,7 +368,9 @@ impl<'a> Assembly<'a> {
         }
         let path = resolve(file, self.file).or_else(|m| self.fail(span, m))?;
         let map = match read_environment(&path, scale, Environment::rotation(up, rotation_deg)) {
-            Err(Error::Image { path, message }) => return self.fail(span, format!("environment \"{}\" {message}", path.display())),
+            Err(Error::Image { path, message }) => {
+                return self.fail(span, format!("environment \"{}\" {message}", path.display()));
+            }
             other => other?,
         };
         self.loaded.scene.lights.push(Light::Environment { map: std::sync::Arc::new(map) });
@@ -287,15 +379,29 @@ impl<'a> Assembly<'a> {
 
     fn material(&mut self, name: &str, entry: &Spanned<MaterialEntry>) -> Result<()> {
         let (span, e) = (entry.span(), entry.get_ref());
-        let ids: BTreeSet<u32> = self.loaded.scene.materials.iter().enumerate().filter(|(_, m)| m.name == name).map(|(i, _)| i as u32).collect();
+        let ids: BTreeSet<u32> = self
+            .loaded
+            .scene
+            .materials
+            .iter()
+            .enumerate()
+            .filter(|(_, m)| m.name == name)
+            .map(|(i, _)| i as u32)
+            .collect();
         if ids.is_empty() {
-            let names: BTreeSet<&str> = self.loaded.scene.materials.iter().map(|m| m.name.as_str()).collect();
+            let names: BTreeSet<&str> =
+                self.loaded.scene.materials.iter().map(|m| m.name.as_str()).collect();
             let listed = names.into_iter().take(12).collect::<Vec<_>>().join(", ");
-            return self.fail(&span, format!("no mesh has a material \"{name}\"; there are: {listed}"));
+            return self
+                .fail(&span, format!("no mesh has a material \"{name}\"; there are: {listed}"));
         }
         let channels = |t: Triple, key: &str| {
             let c = Rgb::from(t);
-            if c.is_finite() && c.min_element() >= 0.0 { Ok(c) } else { self.fail(&span, format!("{key} must be finite and not negative")) }
+            if c.is_finite() && c.min_element() >= 0.0 {
+                Ok(c)
+            } else {
+                self.fail(&span, format!("{key} must be finite and not negative"))
+            }
         };
         let albedo = e.albedo.map(|a| channels(a, "albedo")).transpose()?;
         let emission = e.emission.map(|a| channels(a, "emission")).transpose()?;
@@ -312,7 +418,10 @@ impl<'a> Assembly<'a> {
             }
             let path = resolve(t, self.file).or_else(|m| self.fail(&span, m))?;
             if !path.exists() {
-                return self.fail(&span, format!("texture \"{}\" does not exist; correct the path", path.display()));
+                return self.fail(
+                    &span,
+                    format!("texture \"{}\" does not exist; correct the path", path.display()),
+                );
             }
             self.texture(&path).map(|id| Some(Some(id)))
         };
@@ -361,7 +470,13 @@ impl<'a> Assembly<'a> {
                     ));
                 }
             }
-            _ => return Err(Error::input(self.file, line, "a camera needs both eye and target, or neither for a framing view")),
+            _ => {
+                return Err(Error::input(
+                    self.file,
+                    line,
+                    "a camera needs both eye and target, or neither for a framing view",
+                ));
+            }
         }
         check_camera(&camera, self.file, line)?;
         self.loaded.scene.camera = camera;
@@ -388,16 +503,30 @@ fn light(entry: &LightEntry) -> (Light, Option<&'static str>) {
             let (radiance, problem) = color(radiance, RADIANCE);
             let span = edge1.cross(edge2);
             let ok = span.length() > 0.0 && span.is_finite() && corner.is_finite();
-            let problem = if ok { problem } else { Some("the quad light has no area; edge1 and edge2 must be finite and span a parallelogram") };
+            let problem = if ok {
+                problem
+            } else {
+                Some(
+                    "the quad light has no area; edge1 and edge2 must be finite and span a parallelogram",
+                )
+            };
             (Light::Quad { corner, edge1, edge2, radiance }, problem)
         }
         LightEntry::Sphere { center, radius, radiance } => {
             let (radiance, problem) = color(radiance, RADIANCE);
             let ok = radius > 0.0 && radius.is_finite() && center.is_finite();
-            (Light::Sphere { center, radius, radiance }, if ok { problem } else { Some("a sphere light needs a finite center and a radius above 0") })
+            (
+                Light::Sphere { center, radius, radiance },
+                if ok {
+                    problem
+                } else {
+                    Some("a sphere light needs a finite center and a radius above 0")
+                },
+            )
         }
         LightEntry::Sun { direction_to_sun, irradiance, angular_radius_deg } => {
-            let (irradiance, problem) = color(irradiance, "irradiance must be finite and not negative");
+            let (irradiance, problem) =
+                color(irradiance, "irradiance must be finite and not negative");
             let direction = unit(direction_to_sun);
             let problem = if direction == Vec3::ZERO || !direction.is_finite() {
                 Some("direction_to_sun may not be zero or infinite")
@@ -413,21 +542,31 @@ fn light(entry: &LightEntry) -> (Light, Option<&'static str>) {
             (Light::Sky { radiance }, problem)
         }
         // Read from its file, not from here.
-        LightEntry::Environment { .. } => (Light::Sky { radiance: Rgb::ZERO }, Some("the environment was not read")),
+        LightEntry::Environment { .. } => {
+            (Light::Sky { radiance: Rgb::ZERO }, Some("the environment was not read"))
+        }
         LightEntry::Point { position, intensity } => {
             let (intensity, problem) = color(intensity, INTENSITY);
-            (Light::Point { position, intensity }, if position.is_finite() { problem } else { Some("position must be finite") })
+            (
+                Light::Point { position, intensity },
+                if position.is_finite() { problem } else { Some("position must be finite") },
+            )
         }
         LightEntry::Spot { position, direction, intensity, inner_deg, outer_deg } => {
             let (intensity, problem) = color(intensity, INTENSITY);
             let direction = unit(direction);
-            let problem = if direction == Vec3::ZERO || !direction.is_finite() || !position.is_finite() {
-                Some("a spot needs a finite position and a direction that is not zero")
-            } else if !(inner_deg >= 0.0 && inner_deg <= outer_deg && outer_deg > 0.0 && outer_deg <= 180.0) {
-                Some("a spot needs 0 <= inner_deg <= outer_deg <= 180, and outer_deg above 0")
-            } else {
-                problem
-            };
+            let problem =
+                if direction == Vec3::ZERO || !direction.is_finite() || !position.is_finite() {
+                    Some("a spot needs a finite position and a direction that is not zero")
+                } else if !(inner_deg >= 0.0
+                    && inner_deg <= outer_deg
+                    && outer_deg > 0.0
+                    && outer_deg <= 180.0)
+                {
+                    Some("a spot needs 0 <= inner_deg <= outer_deg <= 180, and outer_deg above 0")
+                } else {
+                    problem
+                };
             (Light::Spot { position, direction, intensity, inner_deg, outer_deg }, problem)
         }
     }

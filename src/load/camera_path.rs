@@ -44,29 +44,49 @@ fn line_at(text: &str, at: usize) -> usize {
 /// # Errors
 /// [`Error::Io`]; [`Error::Input`] with the line of what is wrong.
 pub fn load_camera_path(file: &Path, camera: &Camera) -> Result<CameraPath> {
-    let text = std::fs::read_to_string(file).map_err(|source| Error::Io { path: file.into(), source })?;
+    let text =
+        std::fs::read_to_string(file).map_err(|source| Error::Io { path: file.into(), source })?;
     parse(file, &text, camera)
 }
 
 fn parse(file: &Path, text: &str, camera: &Camera) -> Result<CameraPath> {
-    let entries: PathFile = toml::from_str(text).map_err(|e| Error::input(file, e.span().map(|s| line_at(text, s.start)), e.message().replace('\n', " ")))?;
+    let entries: PathFile = toml::from_str(text).map_err(|e| {
+        Error::input(file, e.span().map(|s| line_at(text, s.start)), e.message().replace('\n', " "))
+    })?;
     let mut keys: Vec<(f32, Camera)> = Vec::new();
     let timed = entries.key.first().is_some_and(|k| k.get_ref().time.is_some());
     for (i, entry) in entries.key.iter().enumerate() {
         let (line, k) = (Some(line_at(text, entry.span().start)), entry.get_ref());
-        let view = Camera { eye: k.eye, target: k.target, up: k.up.unwrap_or(camera.up), vfov_deg: k.vfov_deg.unwrap_or(camera.vfov_deg), ..camera.clone() };
+        let view = Camera {
+            eye: k.eye,
+            target: k.target,
+            up: k.up.unwrap_or(camera.up),
+            vfov_deg: k.vfov_deg.unwrap_or(camera.vfov_deg),
+            ..camera.clone()
+        };
         check_lens(&view, file, line)?;
         check_camera(&view, file, line)?;
         if timed != k.time.is_some() {
-            return Err(Error::input(file, line, "some keys have a time and some have none: give it in all or in none"));
+            return Err(Error::input(
+                file,
+                line,
+                "some keys have a time and some have none: give it in all or in none",
+            ));
         }
         let time = k.time.unwrap_or(i as f32);
         if !time.is_finite() || keys.last().is_some_and(|last| last.0 >= time) {
-            return Err(Error::input(file, line, format!("time {time} does not come after that of the key before; order the keys by time")));
+            return Err(Error::input(
+                file,
+                line,
+                format!(
+                    "time {time} does not come after that of the key before; order the keys by time"
+                ),
+            ));
         }
         keys.push((time, view));
     }
-    CameraPath::new(keys).ok_or_else(|| Error::input(file, None, "no [[key]]: add key views with eye and target"))
+    CameraPath::new(keys)
+        .ok_or_else(|| Error::input(file, None, "no [[key]]: add key views with eye and target"))
 }
 
 #[cfg(test)]
@@ -78,13 +98,20 @@ mod tests {
         let read = |text: &str| parse(Path::new("p.toml"), text, &Camera::default());
         let path = read("[[key]]\neye=[0,0,1]\ntarget=[0,0,0]\n[[key]]\neye=[1,0,1]\ntarget=[0,0,0]\nvfov_deg=60\n").unwrap();
         assert_eq!((path.frame(0, 2).vfov_deg, path.frame(1, 2).vfov_deg), (45.0, 60.0));
-        let two = |a: &str, b: &str| format!("[[key]]\neye=[0,0,1]\ntarget=[0,0,0]\n{a}\n[[key]]\neye=[1,0,1]\ntarget=[0,0,0]\n{b}\n");
+        let two = |a: &str, b: &str| {
+            format!(
+                "[[key]]\neye=[0,0,1]\ntarget=[0,0,0]\n{a}\n[[key]]\neye=[1,0,1]\ntarget=[0,0,0]\n{b}\n"
+            )
+        };
         for (text, expected) in [
             (two("time=1", "time=1"), "p.toml:5: time 1 does not come after"),
             (two("time=1", ""), "p.toml:5: some keys have a time"),
             (two("", "vfov_deg=180"), "p.toml:5: camera vfov_deg"),
             (two("", "zoom=3"), "p.toml:8: unknown field `zoom`"),
-            ("[[key]]\neye=[0,0,0]\ntarget=[0,0,0]\n".into(), "p.toml:1: camera eye and target are the same"),
+            (
+                "[[key]]\neye=[0,0,0]\ntarget=[0,0,0]\n".into(),
+                "p.toml:1: camera eye and target are the same",
+            ),
             ("key = []\n".into(), "p.toml: no [[key]]"),
             ("[[key]]\neye=[0,0,0]\n".into(), "p.toml:1: missing field `target`"),
         ] {

@@ -1,12 +1,16 @@
-//! Curve files → [`Curves`]: Cem Yuksel's binary `.hair`, and text as Mitsuba 3's curve shapes read it.
+//! Curve files → [`Curves`]: Cem Yuksel's binary `.hair`, and text as Mitsuba 3's curve shapes read
+//! it.
 //!
-//! **`.hair`**, little-endian: a header of 128 bytes (`"HAIR"`, u32 strands, u32 points, u32 arrays, u32 default segments, f32 default thickness, f32
-//! default transparency, 3 × f32 default colour, 88 bytes of text), then the arrays whose bit is set: segments u16 a strand (bit 0), points 3 × f32
-//! (bit 1, always there), thickness f32 a point (bit 2), transparency f32 a point (bit 3), colour 3 × f32 a point (bit 4). A strand of n segments
-//! has n + 1 points. Thickness is taken for the diameter; the colours' mean becomes the albedo; transparency is left out with a warning.
+//! **`.hair`**, little-endian: a header of 128 bytes (`"HAIR"`, u32 strands, u32 points, u32
+//! arrays, u32 default segments, f32 default thickness, f32 default transparency, 3 × f32 default
+//! colour, 88 bytes of text), then the arrays whose bit is set: segments u16 a strand (bit 0),
+//! points 3 × f32 (bit 1, always there), thickness f32 a point (bit 2), transparency f32 a point
+//! (bit 3), colour 3 × f32 a point (bit 4). A strand of n segments has n + 1 points. Thickness is
+//! taken for the diameter; the colours' mean becomes the albedo; transparency is left out with a
+//! warning.
 //!
-//! **Text** (`.curves`, `.txt`): a control point a line, `x y z radius`; an empty line ends a curve; `#` begins a comment. The radius may be left
-//! out where the scene gives `width`.
+//! **Text** (`.curves`, `.txt`): a control point a line, `x y z radius`; an empty line ends a
+//! curve; `#` begins a comment. The radius may be left out where the scene gives `width`.
 
 use std::path::Path;
 
@@ -27,17 +31,24 @@ pub struct CurveFile {
 
 /// True for names that [`read_curves`] understands.
 pub fn is_curve_file(path: &Path) -> bool {
-    path.extension().is_some_and(|x| ["hair", "curves", "txt"].iter().any(|known| x.eq_ignore_ascii_case(known)))
+    path.extension().is_some_and(|x| {
+        ["hair", "curves", "txt"].iter().any(|known| x.eq_ignore_ascii_case(known))
+    })
 }
 
 /// Reads a curve file; `width` (diameter) replaces the file's own.
 ///
 /// # Errors
 /// [`Error::Io`], or [`Error::Input`] with the line (text) or the place (binary).
-pub fn read_curves(path: &Path, width: Option<f32>, warnings: &mut Vec<String>) -> Result<CurveFile> {
+pub fn read_curves(
+    path: &Path,
+    width: Option<f32>,
+    warnings: &mut Vec<String>,
+) -> Result<CurveFile> {
     let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })?;
     let binary = path.extension().is_some_and(|x| x.eq_ignore_ascii_case("hair"));
-    let mut file = if binary { read_hair(path, &bytes, warnings)? } else { read_text(path, &bytes, width)? };
+    let mut file =
+        if binary { read_hair(path, &bytes, warnings)? } else { read_text(path, &bytes, width)? };
     file.curves.name = path.display().to_string();
     if let Some(width) = width {
         file.curves.widths.fill(width);
@@ -49,12 +60,17 @@ pub fn read_curves(path: &Path, width: Option<f32>, warnings: &mut Vec<String>) 
 }
 
 fn read_text(path: &Path, bytes: &[u8], width: Option<f32>) -> Result<CurveFile> {
-    let text = std::str::from_utf8(bytes).map_err(|_| Error::input(path, None, "is not UTF-8 text; save it as UTF-8"))?;
+    let text = std::str::from_utf8(bytes)
+        .map_err(|_| Error::input(path, None, "is not UTF-8 text; save it as UTF-8"))?;
     let mut curves = Curves::default();
     let mut open: Vec<(Vec3, f32)> = Vec::new();
     let mut end = |open: &mut Vec<(Vec3, f32)>, line: usize| match open.len() {
         0 => Ok(()),
-        1 => Err(Error::input(path, line, "a curve has a single point; add points, or remove the empty line after it")),
+        1 => Err(Error::input(
+            path,
+            line,
+            "a curve has a single point; add points, or remove the empty line after it",
+        )),
         _ => {
             curves.push_curve(open.drain(..));
             Ok(())
@@ -74,14 +90,26 @@ fn read_text(path: &Path, bytes: &[u8], width: Option<f32>) -> Result<CurveFile>
         let mut n = Vec::with_capacity(4);
         for word in content.split_whitespace() {
             let x = word.parse::<f32>().ok().filter(|x| x.is_finite());
-            n.push(x.ok_or_else(|| fail(format!("\"{word}\" is no finite number; a point is x y z radius")))?);
+            n.push(x.ok_or_else(|| {
+                fail(format!("\"{word}\" is no finite number; a point is x y z radius"))
+            })?);
         }
         let p = match (n.len(), width) {
-            (4, _) if n[3] < 0.0 => return Err(fail(format!("the radius {} is negative; give a radius from 0 on", n[3]))),
+            (4, _) if n[3] < 0.0 => {
+                return Err(fail(format!(
+                    "the radius {} is negative; give a radius from 0 on",
+                    n[3]
+                )));
+            }
             (4, _) => (Vec3::new(n[0], n[1], n[2]), 2.0 * n[3]),
             (3, Some(width)) => (Vec3::new(n[0], n[1], n[2]), width),
-            (3, None) => return Err(fail("the point has no radius; write x y z radius, or give curves.width in the scene".into())),
-            (count, _) => return Err(fail(format!("a point is x y z radius, found {count} numbers"))),
+            (3, None) => return Err(fail(
+                "the point has no radius; write x y z radius, or give curves.width in the scene"
+                    .into(),
+            )),
+            (count, _) => {
+                return Err(fail(format!("a point is x y z radius, found {count} numbers")));
+            }
         };
         open.push(p);
         last = index + 1;
@@ -98,16 +126,22 @@ fn read_hair(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<Cu
         return Err(fail("is no HAIR file: its header is missing; give a .hair file, or rename a text file to .curves".into()));
     }
     let word = |at: usize| [bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]];
-    let (whole, real) = (|at: usize| u32::from_le_bytes(word(at)), |at: usize| f32::from_le_bytes(word(at)));
-    let (strands, points, arrays, segments) = (whole(4) as usize, whole(8) as usize, whole(12), whole(16) as usize);
+    let (whole, real) =
+        (|at: usize| u32::from_le_bytes(word(at)), |at: usize| f32::from_le_bytes(word(at)));
+    let (strands, points, arrays, segments) =
+        (whole(4) as usize, whole(8) as usize, whole(12), whole(16) as usize);
     let has = |bit: u32| arrays >> bit & 1 == 1;
     if !has(1) {
         return Err(fail("has no points array; export it again".into()));
     }
-    let sizes = [(0, 2 * strands), (1, 12 * points), (2, 4 * points), (3, 4 * points), (4, 12 * points)];
+    let sizes =
+        [(0, 2 * strands), (1, 12 * points), (2, 4 * points), (3, 4 * points), (4, 12 * points)];
     let need = HEADER + sizes.iter().filter(|(bit, _)| has(*bit)).map(|(_, n)| n).sum::<usize>();
     if bytes.len() < need {
-        return Err(fail(format!("is cut short: {strands} strands of {points} points take {need} bytes, the file has {}; copy it again", bytes.len())));
+        return Err(fail(format!(
+            "is cut short: {strands} strands of {points} points take {need} bytes, the file has {}; copy it again",
+            bytes.len()
+        )));
     }
     let mut at = HEADER;
     let mut array = |bit: u32| {
@@ -117,34 +151,49 @@ fn read_hair(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<Cu
             &bytes[from..at]
         })
     };
-    let floats = |b: &[u8]| b.chunks_exact(4).map(|w| f32::from_le_bytes([w[0], w[1], w[2], w[3]])).collect::<Vec<f32>>();
+    let floats = |b: &[u8]| {
+        b.chunks_exact(4)
+            .map(|w| f32::from_le_bytes([w[0], w[1], w[2], w[3]]))
+            .collect::<Vec<f32>>()
+    };
     if strands > points {
-        return Err(fail(format!("its header says {strands} strands of {points} points together; export it again")));
+        return Err(fail(format!(
+            "its header says {strands} strands of {points} points together; export it again"
+        )));
     }
     let counts: Vec<usize> = match array(0) {
-        Some(b) => b.chunks_exact(2).map(|w| usize::from(u16::from_le_bytes([w[0], w[1]]))).collect(),
+        Some(b) => {
+            b.chunks_exact(2).map(|w| usize::from(u16::from_le_bytes([w[0], w[1]]))).collect()
+        }
         None => vec![segments; strands],
     };
     let total = counts.iter().map(|n| n + 1).sum::<usize>();
     if total != points {
-        return Err(fail(format!("its strands have {total} points together, its header says {points}; export it again")));
+        return Err(fail(format!(
+            "its strands have {total} points together, its header says {points}; export it again"
+        )));
     }
     if let Some(i) = counts.iter().position(|n| *n == 0) {
         return Err(fail(format!("strand {i} has no segment; remove it")));
     }
-    let positions: Vec<Vec3> = floats(array(1).unwrap_or_default()).chunks_exact(3).map(Vec3::from_slice).collect();
+    let positions: Vec<Vec3> =
+        floats(array(1).unwrap_or_default()).chunks_exact(3).map(Vec3::from_slice).collect();
     if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
         return Err(fail(format!("point {i} is not finite; export it again")));
     }
     let widths = array(2).map_or_else(|| vec![real(20); points], floats);
     if let Some(i) = widths.iter().position(|w| !w.is_finite() || *w < 0.0) {
-        return Err(fail(format!("the thickness of point {i} is {}; it must be finite and not negative", widths[i])));
+        return Err(fail(format!(
+            "the thickness of point {i} is {}; it must be finite and not negative",
+            widths[i]
+        )));
     }
     if array(3).map_or(real(24) > 0.0, |b| floats(b).iter().any(|t| *t > 0.0)) {
         warnings.push(format!("{}: transparency of hair is left out", path.display()));
     }
     let colors = array(4).map_or_else(|| vec![real(28), real(32), real(36)], floats);
-    let mean = colors.chunks_exact(3).map(|c| Rgb::from_slice(c).as_dvec3()).sum::<glam::DVec3>() / (colors.len() / 3).max(1) as f64;
+    let mean = colors.chunks_exact(3).map(|c| Rgb::from_slice(c).as_dvec3()).sum::<glam::DVec3>()
+        / (colors.len() / 3).max(1) as f64;
     let mut curves = Curves { widths, points: positions, starts: vec![0], ..Curves::default() };
     let mut start = 0;
     curves.starts.extend(counts.iter().map(|n| {

@@ -1,4 +1,5 @@
-//! Latitude-longitude pictures of skies → [`Environment`]: Radiance `.hdr` and OpenEXR (first layer with R, G, B).
+//! Latitude-longitude pictures of skies → [`Environment`]: Radiance `.hdr` and OpenEXR (first layer
+//! with R, G, B).
 
 use std::path::Path;
 
@@ -14,24 +15,33 @@ const MAX_WIDTH: usize = 16_384;
 /// Reads a map and multiplies it by `scale`.
 ///
 /// # Errors
-/// [`Error::Image`] for files that are missing, damaged, of another kind, not twice as wide as high, too large, all black, or with texels that
-/// are negative or not finite.
+/// [`Error::Image`] for files that are missing, damaged, of another kind, not twice as wide as
+/// high, too large, all black, or with texels that are negative or not finite.
 pub fn read_environment(path: &Path, scale: Rgb, world_from_map: Mat3) -> Result<Environment> {
     let fail = |message: String| Error::Image { path: path.into(), message };
     if !path.is_file() {
         return Err(fail("does not exist; correct the path of the environment".into()));
     }
-    let extension = path.extension().map(|x| x.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let extension =
+        path.extension().map(|x| x.to_string_lossy().to_lowercase()).unwrap_or_default();
     let (width, height, texels) = match extension.as_str() {
         "hdr" | "pic" => read_hdr(path).map_err(fail)?,
         "exr" => read_exr(path).map_err(fail)?,
-        _ => return Err(fail("is no environment map; give a Radiance .hdr or an OpenEXR .exr file".into())),
+        _ => {
+            return Err(fail(
+                "is no environment map; give a Radiance .hdr or an OpenEXR .exr file".into(),
+            ));
+        }
     };
     if width != 2 * height {
-        return Err(fail(format!("has {width} by {height} texels; a latitude-longitude map is twice as wide as high")));
+        return Err(fail(format!(
+            "has {width} by {height} texels; a latitude-longitude map is twice as wide as high"
+        )));
     }
     if width > MAX_WIDTH {
-        return Err(fail(format!("is {width} texels wide, at most {MAX_WIDTH} are read; scale it down")));
+        return Err(fail(format!(
+            "is {width} texels wide, at most {MAX_WIDTH} are read; scale it down"
+        )));
     }
     let texels: Vec<Rgb> = texels.into_iter().map(|c| c * scale).collect();
     if let Some(i) = texels.iter().position(|c| !c.is_finite() || c.min_element() < 0.0) {
@@ -46,9 +56,17 @@ pub fn read_environment(path: &Path, scale: Rgb, world_from_map: Mat3) -> Result
         )));
     }
     if texels.iter().all(|c| c.max_element() <= 0.0) {
-        return Err(fail("is all black; give another picture, a larger scale, or remove the light".into()));
+        return Err(fail(
+            "is all black; give another picture, a larger scale, or remove the light".into(),
+        ));
     }
-    Ok(Environment { name: path.display().to_string(), width: width as u32, height: height as u32, texels, world_from_map })
+    Ok(Environment {
+        name: path.display().to_string(),
+        width: width as u32,
+        height: height as u32,
+        texels,
+        world_from_map,
+    })
 }
 
 type Pixels = (usize, usize, Vec<Rgb>);
@@ -56,7 +74,8 @@ type Pixels = (usize, usize, Vec<Rgb>);
 fn read_hdr(path: &Path) -> std::result::Result<Pixels, String> {
     let wrong = |e: &dyn std::fmt::Display| format!("is no readable Radiance picture: {e}");
     let file = std::fs::File::open(path).map_err(|e| wrong(&e))?;
-    let mut reader = image::ImageReader::with_format(std::io::BufReader::new(file), image::ImageFormat::Hdr);
+    let mut reader =
+        image::ImageReader::with_format(std::io::BufReader::new(file), image::ImageFormat::Hdr);
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(4 << 30);
     reader.limits(limits);
@@ -72,7 +91,9 @@ fn read_exr(path: &Path) -> std::result::Result<Pixels, String> {
         .largest_resolution_level()
         .rgb_channels(
             |size, _| (size.width(), size.height(), vec![Vec3::ZERO; size.width() * size.height()]),
-            |pixels: &mut Pixels, at, (r, g, b): (f32, f32, f32)| pixels.2[at.y() * pixels.0 + at.x()] = Vec3::new(r, g, b),
+            |pixels: &mut Pixels, at, (r, g, b): (f32, f32, f32)| {
+                pixels.2[at.y() * pixels.0 + at.x()] = Vec3::new(r, g, b)
+            },
         )
         .first_valid_layer()
         .all_attributes()

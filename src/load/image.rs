@@ -1,7 +1,8 @@
 //! Image files → [`Texture`]: PNG, JPEG, BMP, TGA, TIFF, 8 bits a channel.
 //!
-//! Colour is kept sRGB-encoded; the mask is the alpha channel where the image has one, else its red channel, not decoded.
-//! Size limits: 32 768 pixels a side, 2 GiB decoded; larger images are refused before they are allocated.
+//! Colour is kept sRGB-encoded; the mask is the alpha channel where the image has one, else its red
+//! channel, not decoded. Size limits: 32 768 pixels a side, 2 GiB decoded; larger images are
+//! refused before they are allocated.
 
 use std::path::Path;
 
@@ -25,11 +26,13 @@ pub fn read_texture(path: &Path) -> Result<Texture> {
     limits.max_image_height = Some(MAX_SIDE);
     limits.max_alloc = Some(MAX_BYTES);
     reader.limits(limits);
-    let image = reader.decode().map_err(|e| Error::Image { path: path.into(), message: explain(&e) })?;
+    let image =
+        reader.decode().map_err(|e| Error::Image { path: path.into(), message: explain(&e) })?;
     let has_alpha = image.color().has_alpha();
     let rgba = image.into_rgba8();
     let (width, height) = rgba.dimensions();
-    let mut texture = Texture { name: path.display().to_string(), width, height, ..Texture::default() };
+    let mut texture =
+        Texture { name: path.display().to_string(), width, height, ..Texture::default() };
     texture.srgb = rgba.pixels().map(|p| [p[0], p[1], p[2]]).collect();
     texture.mask = rgba.pixels().map(|p| if has_alpha { p[3] } else { p[0] }).collect();
     Ok(texture)
@@ -37,8 +40,12 @@ pub fn read_texture(path: &Path) -> Result<Texture> {
 
 fn explain(error: &image::ImageError) -> String {
     match error {
-        image::ImageError::Unsupported(_) => "is not a PNG, JPEG, BMP, TGA or TIFF image; convert it".into(),
-        image::ImageError::Limits(_) => format!("is too large; textures may have at most {MAX_SIDE} pixels a side"),
+        image::ImageError::Unsupported(_) => {
+            "is not a PNG, JPEG, BMP, TGA or TIFF image; convert it".into()
+        }
+        image::ImageError::Limits(_) => {
+            format!("is too large; textures may have at most {MAX_SIDE} pixels a side")
+        }
         _ => "is damaged and cannot be decoded; export it again".into(),
     }
 }
@@ -58,7 +65,10 @@ mod tests {
         let rgba = image::RgbaImage::from_raw(2, 1, vec![10, 20, 30, 0, 40, 50, 60, 255]).unwrap();
         let path = written("alpha.png", &rgba.into());
         let t = read_texture(&path).unwrap();
-        assert_eq!((t.width, t.height, t.srgb, t.mask), (2, 1, vec![[10, 20, 30], [40, 50, 60]], vec![0, 255]));
+        assert_eq!(
+            (t.width, t.height, t.srgb, t.mask),
+            (2, 1, vec![[10, 20, 30], [40, 50, 60]], vec![0, 255])
+        );
         std::fs::remove_file(path).unwrap();
         let rgb = image::RgbImage::from_raw(1, 2, vec![10, 20, 30, 40, 50, 60]).unwrap();
         let path = written("red.png", &rgb.into());

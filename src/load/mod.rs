@@ -1,10 +1,14 @@
-//! Files → [`Scene`]: scene TOML (keys: [`scene_file`]), or a bare `.obj` that gets a framing view and, unless it has emitters, a sky.
+//! Files → [`Scene`]: scene TOML (keys: [`scene_file`]), or a bare `.obj` that gets a framing view
+//! and, unless it has emitters, a sky.
 //!
 //! Input   a path and `--set` overrides. Output  [`Loaded`].
-//! Polygons of an OBJ become a mesh, or a cage that is subdivided at once; `.hair` and text curves become tubes or ribbons (`shape`).
-//! Guarantees  never panics on user data; every error names the file, the line where one is known, and the fix; what can be mended is mended
-//!             and listed in `warnings` (missing material library, undefined material, missing texture of an MTL).
-//! Not         materials beyond diffuse, emission and masks; `tobj` reads the OBJ, this room finds the lines of its errors.
+//! Polygons of an OBJ become a mesh, or a cage that is subdivided at once; `.hair` and text curves
+//! become tubes or ribbons (`shape`).
+//! Guarantees  never panics on user data; every error names the file, the line where one is known,
+//!             and the fix; what can be mended is mended and listed in `warnings` (missing material
+//!             library, undefined material, missing texture of an MTL).
+//! Not         materials beyond diffuse, emission and masks; `tobj` reads the OBJ, this room finds
+//!             the lines of its errors.
 
 mod assemble;
 mod camera_path;
@@ -45,24 +49,34 @@ pub struct Loaded {
     pub warnings: Vec<String>,
 }
 
-/// Loads a scene file or a bare `.obj`. Overrides are (dotted key, value as TOML or a bare word); keys that are none of the scene's go to
-/// the settings.
+/// Loads a scene file or a bare `.obj`. Overrides are (dotted key, value as TOML or a bare word);
+/// keys that are none of the scene's go to the settings.
 ///
 /// # Errors
 /// [`Error::Io`], [`Error::Input`], [`Error::Image`] for files; [`Error::Setting`] for overrides.
 pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded> {
-    let extension = path.extension().map(|x| x.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let extension =
+        path.extension().map(|x| x.to_string_lossy().to_lowercase()).unwrap_or_default();
     let bare = match extension.as_str() {
         "toml" => false,
         "obj" => true,
-        _ => return Err(Error::input(path, None, "is no scene; give a scene .toml or an .obj file")),
+        _ => {
+            return Err(Error::input(
+                path,
+                None,
+                "is no scene; give a scene .toml or an .obj file",
+            ));
+        }
     };
     let read = || {
-        let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })?;
-        String::from_utf8(bytes).map_err(|_| Error::input(path, None, "is not UTF-8 text; save it as UTF-8"))
+        let bytes =
+            std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })?;
+        String::from_utf8(bytes)
+            .map_err(|_| Error::input(path, None, "is not UTF-8 text; save it as UTF-8"))
     };
     let (text, from) = if bare {
-        let name = path.file_name().map(|n| n.to_string_lossy().replace('$', "$$")).unwrap_or_default();
+        let name =
+            path.file_name().map(|n| n.to_string_lossy().replace('$', "$$")).unwrap_or_default();
         (format!("[[mesh]]\nfile = {}\n", toml::Value::String(name)), String::new())
     } else {
         let text = read()?;

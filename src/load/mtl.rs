@@ -1,6 +1,8 @@
-//! MTL material libraries, parsed by `tobj` after a look at every line, because `tobj` gives no line (and stops the program on a short colour).
+//! MTL material libraries, parsed by `tobj` after a look at every line, because `tobj` gives no
+//! line (and stops the program on a short colour).
 //!
-//! Read: `Kd`, `Ke`, `d` or `Tr`, `map_Kd`, `map_d`. Everything else is left aside: surfaces are diffuse.
+//! Read: `Kd`, `Ke`, `d` or `Tr`, `map_Kd`, `map_d`. Everything else is left aside: surfaces are
+//! diffuse.
 
 use std::path::{Path, PathBuf};
 
@@ -27,7 +29,14 @@ pub struct MtlMaterial {
 impl MtlMaterial {
     /// The grey that stands in for a material nobody defines.
     pub fn stand_in(name: &str) -> Self {
-        Self { name: name.into(), albedo: Rgb::splat(0.5), emission: Rgb::ZERO, opacity: 1.0, albedo_texture: None, opacity_texture: None }
+        Self {
+            name: name.into(),
+            albedo: Rgb::splat(0.5),
+            emission: Rgb::ZERO,
+            opacity: 1.0,
+            albedo_texture: None,
+            opacity_texture: None,
+        }
     }
 }
 
@@ -44,18 +53,22 @@ pub fn read_mtl(path: &Path) -> Result<Vec<MtlMaterial>> {
             return Err(Error::input(path, index + 1, message));
         }
     }
-    let (materials, _) =
-        tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|e| Error::input(path, None, format!("is no material library ({e}); export it again")))?;
+    let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|e| {
+        Error::input(path, None, format!("is no material library ({e}); export it again"))
+    })?;
     Ok(materials.into_iter().filter(|m| !m.name.is_empty()).map(|m| convert(m, path)).collect())
 }
 
 fn convert(m: tobj::Material, file: &Path) -> MtlMaterial {
     let unknown = |key: &str| {
-        let mut keys: Vec<&String> = m.unknown_param.keys().filter(|k| k.eq_ignore_ascii_case(key)).collect();
+        let mut keys: Vec<&String> =
+            m.unknown_param.keys().filter(|k| k.eq_ignore_ascii_case(key)).collect();
         keys.sort();
         keys.first().map(|&k| m.unknown_param[k].clone())
     };
-    let texture = |name: Option<String>| name.map(|n| texture_path(&n, file)).filter(|p| p.file_name().is_some());
+    let texture = |name: Option<String>| {
+        name.map(|n| texture_path(&n, file)).filter(|p| p.file_name().is_some())
+    };
     let transparency = unknown("Tr").and_then(|t| t.trim().parse::<f32>().ok());
     MtlMaterial {
         albedo: m.diffuse.map_or(Rgb::splat(0.5), Rgb::from),
@@ -67,7 +80,8 @@ fn convert(m: tobj::Material, file: &Path) -> MtlMaterial {
     }
 }
 
-/// The file of a texture statement: options (`-s 1 1 1`, `-clamp on`, …) stand before it; backslashes are folders.
+/// The file of a texture statement: options (`-s 1 1 1`, `-clamp on`, …) stand before it;
+/// backslashes are folders.
 fn texture_path(statement: &str, file: &Path) -> PathBuf {
     let mut rest = statement.trim();
     while rest.starts_with('-') {
@@ -101,21 +115,35 @@ fn fault(line: &str) -> Option<String> {
             Some(v) if v.len() == count && v.iter().all(|x| x.is_finite()) => {
                 let bounded = matches!(key, "Kd" | "Ke" | "d" | "Tr");
                 let negative = v.iter().any(|&x| x < 0.0);
-                (bounded && negative).then(|| format!("{key} may not be negative, found \"{}\"; give {count} number{} from 0 on", line.trim(), plural(count)))
+                (bounded && negative).then(|| {
+                    format!(
+                        "{key} may not be negative, found \"{}\"; give {count} number{} from 0 on",
+                        line.trim(),
+                        plural(count)
+                    )
+                })
             }
-            _ => Some(format!("{key} needs {count} finite number{}, found \"{}\"", plural(count), line.trim())),
+            _ => Some(format!(
+                "{key} needs {count} finite number{}, found \"{}\"",
+                plural(count),
+                line.trim()
+            )),
         }
     };
     match key {
         "Kd" | "Ke" | "Ka" | "Ks" => numbers(3),
         "d" | "Tr" | "Ns" | "Ni" => numbers(1),
         "illum" => {
-            words.next().and_then(|w| w.parse::<u8>().ok()).is_none().then(|| format!("illum needs a whole number from 0 to 10, found \"{}\"", line.trim()))
+            words.next().and_then(|w| w.parse::<u8>().ok()).is_none().then(|| {
+                format!("illum needs a whole number from 0 to 10, found \"{}\"", line.trim())
+            })
         }
         "newmtl" => words.next().is_none().then(|| "newmtl needs a name; write newmtl NAME".into()),
-        "map_Ka" | "map_Kd" | "map_Ks" | "map_Bump" | "map_bump" | "map_Ns" | "map_ns" | "map_NS" | "bump" | "map_d" => {
-            words.next().is_none().then(|| format!("{key} names no file; write {key} FILE or remove the line"))
-        }
+        "map_Ka" | "map_Kd" | "map_Ks" | "map_Bump" | "map_bump" | "map_Ns" | "map_ns"
+        | "map_NS" | "bump" | "map_d" => words
+            .next()
+            .is_none()
+            .then(|| format!("{key} names no file; write {key} FILE or remove the line")),
         _ => None,
     }
 }
@@ -132,15 +160,33 @@ mod tests {
     fn texture_statements() {
         let file = Path::new("m/a.mtl");
         assert_eq!(texture_path("t.png", file), Path::new("m/t.png"));
-        assert_eq!(texture_path("-s 2 2 1 -clamp on my wood.png", file), Path::new("m/my wood.png"));
+        assert_eq!(
+            texture_path("-s 2 2 1 -clamp on my wood.png", file),
+            Path::new("m/my wood.png")
+        );
         assert_eq!(texture_path("-bm 0.3 tex\\b.png", file), Path::new("m/tex/b.png"));
         assert_eq!(texture_path("-o 0.5 t.png", file), Path::new("m/t.png"));
     }
 
     #[test]
     fn faults() {
-        assert!(fault("Kd 0.1 0.2 0.3").is_none() && fault("# Kd").is_none() && fault("").is_none() && fault("Pr x").is_none());
-        assert!(fault("Kd 0.1").is_some() && fault("Kd 1 2 x").is_some() && fault("Ke nan 0 0").is_some() && fault("Kd -1 0 0").is_some());
-        assert!(fault("newmtl").is_some() && fault("illum z").is_some() && fault("map_Kd ").is_some() && fault("d").is_some());
+        assert!(
+            fault("Kd 0.1 0.2 0.3").is_none()
+                && fault("# Kd").is_none()
+                && fault("").is_none()
+                && fault("Pr x").is_none()
+        );
+        assert!(
+            fault("Kd 0.1").is_some()
+                && fault("Kd 1 2 x").is_some()
+                && fault("Ke nan 0 0").is_some()
+                && fault("Kd -1 0 0").is_some()
+        );
+        assert!(
+            fault("newmtl").is_some()
+                && fault("illum z").is_some()
+                && fault("map_Kd ").is_some()
+                && fault("d").is_some()
+        );
     }
 }

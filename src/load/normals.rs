@@ -1,9 +1,9 @@
 //! Smooth normals up to a crease angle.
 //!
-//! The normal of a triangle's corner is the mean of the face normals around that position, weighted by their angle there, over those faces
-//! that lie within the crease angle of the triangle itself. Positions count as one where they are exactly equal, whatever their
-//! texture coordinates. Vertices that end up with several normals are split.
-//! Cost: O(corners · faces around a position).
+//! The normal of a triangle's corner is the mean of the face normals around that position, weighted
+//! by their angle there, over those faces that lie within the crease angle of the triangle itself.
+//! Positions count as one where they are exactly equal, whatever their texture coordinates.
+//! Vertices that end up with several normals are split. Cost: O(corners · faces around a position).
 
 use std::collections::HashMap;
 
@@ -40,18 +40,27 @@ pub fn smooth(mesh: &mut Mesh, crease_deg: f32) {
     for (face, t) in mesh.triangles.iter().enumerate() {
         for k in 0..3 {
             let [p, q, r] = [0, 1, 2].map(|j| mesh.positions[t[(k + j) % 3] as usize]);
-            let angle = (q - p).normalize_or_zero().dot((r - p).normalize_or_zero()).clamp(-1.0, 1.0).acos();
+            let angle = (q - p)
+                .normalize_or_zero()
+                .dot((r - p).normalize_or_zero())
+                .clamp(-1.0, 1.0)
+                .acos();
             around[id_of[t[k] as usize] as usize].push((face as u32, angle));
         }
     }
-    let (old_positions, old_uvs) = (std::mem::take(&mut mesh.positions), std::mem::take(&mut mesh.uvs));
+    let (old_positions, old_uvs) =
+        (std::mem::take(&mut mesh.positions), std::mem::take(&mut mesh.uvs));
     mesh.normals.clear();
     let mut vertices: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
     for (t, &own) in mesh.triangles.iter_mut().zip(&faces) {
         for corner in t.iter_mut() {
             let old = *corner as usize;
-            let sum: Vec3 =
-                around[id_of[old] as usize].iter().map(|&(f, w)| (faces[f as usize], w)).filter(|(n, _)| n.dot(own) >= limit).map(|(n, w)| n * w).sum();
+            let sum: Vec3 = around[id_of[old] as usize]
+                .iter()
+                .map(|&(f, w)| (faces[f as usize], w))
+                .filter(|(n, _)| n.dot(own) >= limit)
+                .map(|(n, w)| n * w)
+                .sum();
             let normal = sum.normalize_or(own);
             *corner = *vertices.entry((old as u32, key(normal))).or_insert_with(|| {
                 mesh.positions.push(old_positions[old]);
@@ -72,7 +81,14 @@ mod tests {
     /// A strip of two quads with a fold of `fold_deg` along the y axis.
     fn folded(fold_deg: f32) -> Mesh {
         let (s, c) = fold_deg.to_radians().sin_cos();
-        let positions = vec![Vec3::new(-1.0, 0.0, 0.0), Vec3::new(-1.0, 1.0, 0.0), Vec3::ZERO, Vec3::Y, Vec3::new(c, 0.0, -s), Vec3::new(c, 1.0, -s)];
+        let positions = vec![
+            Vec3::new(-1.0, 0.0, 0.0),
+            Vec3::new(-1.0, 1.0, 0.0),
+            Vec3::ZERO,
+            Vec3::Y,
+            Vec3::new(c, 0.0, -s),
+            Vec3::new(c, 1.0, -s),
+        ];
         let triangles = vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]];
         Mesh { positions, triangles, materials: vec![0; 4], ..Mesh::default() }
     }

@@ -1,9 +1,11 @@
 //! OBJ files → one [`Mesh`] and its materials, parsed by `tobj`.
 //!
-//! Polygons are cut by [`triangulate`]; relative indices are allowed; groups become one mesh whose triangles keep their materials.
-//! A face without normals in a file that has some gets a zero normal, which means "face normal". Materials that are used but not defined, and
-//! libraries that are missing, become a grey and a warning. On an error, and for non-finite numbers, the text is looked over again for the line.
-//! Cost: the file's text and `tobj`'s arrays in memory at once, about 200 B a triangle.
+//! Polygons are cut by [`triangulate`]; relative indices are allowed; groups become one mesh whose
+//! triangles keep their materials. A face without normals in a file that has some gets a zero
+//! normal, which means "face normal". Materials that are used but not defined, and libraries that
+//! are missing, become a grey and a warning. On an error, and for non-finite numbers, the text is
+//! looked over again for the line. Cost: the file's text and `tobj`'s arrays in memory at once,
+//! about 200 B a triangle.
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
@@ -63,43 +65,60 @@ pub struct Groups {
     pub materials: Vec<MtlMaterial>,
 }
 
-/// Reads an OBJ file and its material libraries. Polygons stay what they are; with `single_index` positions, normals and texture coordinates
-/// share one index, else each has its own.
+/// Reads an OBJ file and its material libraries. Polygons stay what they are; with `single_index`
+/// positions, normals and texture coordinates share one index, else each has its own.
 ///
 /// # Errors
 /// [`Error::Io`] when it cannot be read; [`Error::Input`] with the line of what is wrong.
 pub fn read_groups(path: &Path, single_index: bool, warnings: &mut Vec<String>) -> Result<Groups> {
     let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })?;
-    let mut text = String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
+    let mut text = String::from_utf8(bytes)
+        .unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
     if text.starts_with('\u{feff}') {
         text.remove(0);
     }
     let fail = |reason: String| match find_fault(&text) {
         Some((line, message)) => Error::input(path, line, message),
-        None => Error::input(path, None, format!("is no readable OBJ file ({reason}); export it again")),
+        None => {
+            Error::input(path, None, format!("is no readable OBJ file ({reason}); export it again"))
+        }
     };
     let notes: Vec<Note> = text.par_lines().filter_map(note).collect();
     if notes.iter().any(|n| matches!(n, Note::Suspicious)) {
         return Err(fail("an index is too large".into()));
     }
     let materials = collect_materials(path, &notes, warnings)?;
-    let all: Vec<tobj::Material> = materials.iter().map(|m| tobj::Material { name: m.name.clone(), ..Default::default() }).collect();
+    let all: Vec<tobj::Material> = materials
+        .iter()
+        .map(|m| tobj::Material { name: m.name.clone(), ..Default::default() })
+        .collect();
     // The first line makes every material known from the start, whichever library defines it.
     let mut input = b"mtllib *\n".as_slice();
     let mut input = std::io::BufReader::new(std::io::Read::chain(&mut input, text.as_bytes()));
-    let options = tobj::LoadOptions { single_index, triangulate: false, ignore_points: true, ignore_lines: true };
+    let options = tobj::LoadOptions {
+        single_index,
+        triangulate: false,
+        ignore_points: true,
+        ignore_lines: true,
+    };
     let (models, _) = tobj::load_obj_buf(&mut input, &options, |library| {
         let known = if library == Path::new("*") { all.clone() } else { Vec::new() };
         let map = known.iter().enumerate().map(|(i, m)| (m.name.clone(), i)).collect();
         Ok((known, map))
     })
     .map_err(|e| fail(e.to_string()))?;
-    let finite = |m: &tobj::Mesh| m.positions.iter().chain(&m.normals).chain(&m.texcoords).all(|x| x.is_finite());
+    let finite = |m: &tobj::Mesh| {
+        m.positions.iter().chain(&m.normals).chain(&m.texcoords).all(|x| x.is_finite())
+    };
     if !models.iter().all(|m| finite(&m.mesh)) {
         return Err(fail("a number is not finite".into()));
     }
     if models.iter().map(|m| m.mesh.positions.len() / 3).sum::<usize>() >= u32::MAX as usize {
-        return Err(Error::input(path, None, "has more vertices than 32-bit indices can count; split it into several meshes"));
+        return Err(Error::input(
+            path,
+            None,
+            "has more vertices than 32-bit indices can count; split it into several meshes",
+        ));
     }
     Ok(Groups { text, models, materials })
 }
@@ -110,7 +129,8 @@ pub fn read_groups(path: &Path, single_index: bool, warnings: &mut Vec<String>) 
 /// Those of [`read_groups`].
 pub fn read_obj(path: &Path, warnings: &mut Vec<String>) -> Result<Obj> {
     let Groups { models, materials, .. } = read_groups(path, true, warnings)?;
-    let mut obj = Obj { mesh: Mesh { name: path.display().to_string(), ..Mesh::default() }, materials };
+    let mut obj =
+        Obj { mesh: Mesh { name: path.display().to_string(), ..Mesh::default() }, materials };
     let mut without_material = 0;
     for model in models {
         without_material += append(&mut obj, &model, path, warnings);
@@ -125,7 +145,11 @@ pub fn read_obj(path: &Path, warnings: &mut Vec<String>) -> Result<Obj> {
     Ok(obj)
 }
 
-fn collect_materials(path: &Path, notes: &[Note], warnings: &mut Vec<String>) -> Result<Vec<MtlMaterial>> {
+fn collect_materials(
+    path: &Path,
+    notes: &[Note],
+    warnings: &mut Vec<String>,
+) -> Result<Vec<MtlMaterial>> {
     let mut materials: Vec<MtlMaterial> = Vec::new();
     let mut index: HashMap<String, usize> = HashMap::new();
     let mut add = |m: MtlMaterial, materials: &mut Vec<MtlMaterial>| match index.get(&m.name) {
@@ -143,7 +167,10 @@ fn collect_materials(path: &Path, notes: &[Note], warnings: &mut Vec<String>) ->
             let library = path.parent().unwrap_or(Path::new("")).join(name.replace('\\', "/"));
             match read_mtl(&library) {
                 Ok(list) => list.into_iter().for_each(|m| add(m, &mut materials)),
-                Err(Error::Io { .. }) => warnings.push(format!("{}: material library \"{name}\" cannot be read; its materials become grey", path.display())),
+                Err(Error::Io { .. }) => warnings.push(format!(
+                    "{}: material library \"{name}\" cannot be read; its materials become grey",
+                    path.display()
+                )),
                 Err(e) => return Err(e),
             }
         }
@@ -167,13 +194,20 @@ fn append(obj: &mut Obj, model: &tobj::Model, path: &Path, warnings: &mut Vec<St
     let base = mesh.positions.len();
     let count = m.positions.len() / 3;
     mesh.positions.extend(m.positions.chunks_exact(3).map(Vec3::from_slice));
-    for (list, name, width) in [(&m.normals, "normals", 3), (&m.texcoords, "texture coordinates", 2)] {
+    for (list, name, width) in
+        [(&m.normals, "normals", 3), (&m.texcoords, "texture coordinates", 2)]
+    {
         if !list.is_empty() && list.len() != count * width {
-            warnings.push(format!("{}: some faces of \"{}\" lack {name}; those of the others are ignored", path.display(), model.name));
+            warnings.push(format!(
+                "{}: some faces of \"{}\" lack {name}; those of the others are ignored",
+                path.display(),
+                model.name
+            ));
         }
     }
     if m.normals.len() == count * 3 {
-        mesh.normals.extend(m.normals.chunks_exact(3).map(|n| Vec3::from_slice(n).normalize_or_zero()));
+        mesh.normals
+            .extend(m.normals.chunks_exact(3).map(|n| Vec3::from_slice(n).normalize_or_zero()));
     }
     mesh.normals.resize(base + count, Vec3::ZERO);
     if m.texcoords.len() == count * 2 && count > 0 {
@@ -185,7 +219,8 @@ fn append(obj: &mut Obj, model: &tobj::Model, path: &Path, warnings: &mut Vec<St
     let before = mesh.triangles.len();
     let shift = base as u32;
     if m.face_arities.is_empty() {
-        mesh.triangles.extend(m.indices.chunks_exact(3).map(|t| [t[0] + shift, t[1] + shift, t[2] + shift]));
+        mesh.triangles
+            .extend(m.indices.chunks_exact(3).map(|t| [t[0] + shift, t[1] + shift, t[2] + shift]));
     } else {
         let mut at = 0;
         for &arity in &m.face_arities {
@@ -194,8 +229,10 @@ fn append(obj: &mut Obj, model: &tobj::Model, path: &Path, warnings: &mut Vec<St
             if let &[a, b, c] = face {
                 mesh.triangles.push([a + shift, b + shift, c + shift]);
             } else {
-                let corners: Vec<_> = face.iter().map(|&i| mesh.positions[base + i as usize].as_dvec3()).collect();
-                mesh.triangles.extend(triangulate(&corners).into_iter().map(|t| t.map(|k| face[k] + shift)));
+                let corners: Vec<_> =
+                    face.iter().map(|&i| mesh.positions[base + i as usize].as_dvec3()).collect();
+                mesh.triangles
+                    .extend(triangulate(&corners).into_iter().map(|t| t.map(|k| face[k] + shift)));
             }
         }
     }

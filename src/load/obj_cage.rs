@@ -1,7 +1,9 @@
 //! OBJ files → the [`Cage`] of a subdivision surface.
 //!
-//! Polygons are kept. Vertices count as one where their positions are exactly equal, whatever the file's groups, normals and texture coordinates;
-//! texture coordinates keep their own indices, which are their seams. Creases are read from tag lines as OpenSubdiv's tools write and read them:
+//! Polygons are kept. Vertices count as one where their positions are exactly equal, whatever the
+//! file's groups, normals and texture coordinates; texture coordinates keep their own indices,
+//! which are their seams. Creases are read from tag lines as OpenSubdiv's tools write and read
+//! them:
 //!
 //! ```text
 //! t NAME ints/floats/strings …          # numbers of arguments, then the arguments; vertices and faces count from 0
@@ -58,7 +60,11 @@ pub fn read_cage(path: &Path, warnings: &mut Vec<String>) -> Result<(Cage, Vec<M
     }
     for model in &models {
         let m = &model.mesh;
-        let ids: Vec<u32> = m.positions.chunks_exact(3).map(|p| welded.id(Vec3::from_slice(p), &mut cage)).collect();
+        let ids: Vec<u32> = m
+            .positions
+            .chunks_exact(3)
+            .map(|p| welded.id(Vec3::from_slice(p), &mut cage))
+            .collect();
         let with_uvs = m.texcoord_indices.len() == m.indices.len() && !m.indices.is_empty();
         if !with_uvs && !m.texcoord_indices.is_empty() {
             warnings.push(format!("{}: some faces of \"{}\" lack texture coordinates; those of the others are ignored", path.display(), model.name));
@@ -69,12 +75,22 @@ pub fn read_cage(path: &Path, warnings: &mut Vec<String>) -> Result<(Cage, Vec<M
         }
         let material = m.material_id.unwrap_or(materials.len()) as u32;
         let mut at = 0;
-        let arities: Vec<u32> = if m.face_arities.is_empty() { vec![3; m.indices.len() / 3] } else { m.face_arities.clone() };
+        let arities: Vec<u32> = if m.face_arities.is_empty() {
+            vec![3; m.indices.len() / 3]
+        } else {
+            m.face_arities.clone()
+        };
         for arity in arities {
             let range = at..at + arity as usize;
             at = range.end;
-            let mut corners: Vec<(u32, u32)> =
-                range.map(|c| (ids[m.indices[c] as usize], if with_uvs { uv_base + m.texcoord_indices[c] } else { 0 })).collect();
+            let mut corners: Vec<(u32, u32)> = range
+                .map(|c| {
+                    (
+                        ids[m.indices[c] as usize],
+                        if with_uvs { uv_base + m.texcoord_indices[c] } else { 0 },
+                    )
+                })
+                .collect();
             // A vertex that follows itself makes an edge without length.
             corners.dedup_by_key(|c| c.0);
             while corners.len() > 1 && corners[0].0 == corners[corners.len() - 1].0 {
@@ -99,7 +115,10 @@ pub fn read_cage(path: &Path, warnings: &mut Vec<String>) -> Result<(Cage, Vec<M
     }
     if without_material > 0 {
         materials.push(MtlMaterial::stand_in("default"));
-        warnings.push(format!("{}: {without_material} faces have no material and become grey; assign one with usemtl", path.display()));
+        warnings.push(format!(
+            "{}: {without_material} faces have no material and become grey; assign one with usemtl",
+            path.display()
+        ));
     }
     tags(path, &text, &mut cage, &welded, &faces, warnings)?;
     Ok((cage, materials))
@@ -127,29 +146,56 @@ struct Tag<'a> {
 }
 
 fn parse_tag(line: &str) -> std::result::Result<Tag<'_>, String> {
-    let form = || format!("\"{}\" is no tag; write t NAME ints/floats/strings and as many arguments, e.g. t crease 2/1/0 4 7 2.5", line.trim());
+    let form = || {
+        format!(
+            "\"{}\" is no tag; write t NAME ints/floats/strings and as many arguments, e.g. t crease 2/1/0 4 7 2.5",
+            line.trim()
+        )
+    };
     let mut words = line.split_whitespace().skip(1);
     let (name, counts) = words.next().zip(words.next()).ok_or_else(form)?;
     let counts: Vec<usize> = counts.split('/').map_while(|n| n.parse().ok()).collect();
     let &[ints, floats, strings] = &counts[..] else { return Err(form()) };
     let rest: Vec<&str> = words.collect();
     if Some(rest.len()) != ints.checked_add(floats).and_then(|n| n.checked_add(strings)) {
-        return Err(format!("the tag announces {ints} + {floats} + {strings} arguments and has {}; correct the counts", rest.len()));
+        return Err(format!(
+            "the tag announces {ints} + {floats} + {strings} arguments and has {}; correct the counts",
+            rest.len()
+        ));
     }
-    let whole = |w: &&str| w.parse::<usize>().map_err(|_| format!("\"{w}\" is no index; vertices and faces count from 0 in tags"));
+    let whole = |w: &&str| {
+        w.parse::<usize>()
+            .map_err(|_| format!("\"{w}\" is no index; vertices and faces count from 0 in tags"))
+    };
     let number = |w: &&str| {
         let x = w.parse::<f32>().ok().filter(|x| x.is_finite() && *x >= 0.0);
-        x.ok_or_else(|| format!("\"{w}\" is no sharpness; give a number from 0 on, 10 for always sharp"))
+        x.ok_or_else(|| {
+            format!("\"{w}\" is no sharpness; give a number from 0 on, 10 for always sharp")
+        })
     };
     Ok(Tag {
         name,
         ints: rest[..ints].iter().map(whole).collect::<std::result::Result<_, _>>()?,
-        floats: rest[ints..ints + floats].iter().map(number).collect::<std::result::Result<_, _>>()?,
+        floats: rest[ints..ints + floats]
+            .iter()
+            .map(number)
+            .collect::<std::result::Result<_, _>>()?,
     })
 }
 
-fn tags(path: &Path, text: &str, cage: &mut Cage, welded: &Welded, faces: &[Option<u32>], warnings: &mut Vec<String>) -> Result<()> {
-    let lines: Vec<(usize, &str)> = text.lines().enumerate().filter(|(_, l)| l.split_whitespace().next() == Some("t")).collect();
+fn tags(
+    path: &Path,
+    text: &str,
+    cage: &mut Cage,
+    welded: &Welded,
+    faces: &[Option<u32>],
+    warnings: &mut Vec<String>,
+) -> Result<()> {
+    let lines: Vec<(usize, &str)> = text
+        .lines()
+        .enumerate()
+        .filter(|(_, l)| l.split_whitespace().next() == Some("t"))
+        .collect();
     if lines.is_empty() {
         return Ok(());
     }
@@ -157,7 +203,9 @@ fn tags(path: &Path, text: &str, cage: &mut Cage, welded: &Welded, faces: &[Opti
     let mut edges: HashSet<[u32; 2]> = HashSet::new();
     for f in 0..cage.face_count() {
         let corners = &cage.corners[cage.face(f)];
-        edges.extend((0..corners.len()).map(|k| sorted([corners[k], corners[(k + 1) % corners.len()]])));
+        edges.extend(
+            (0..corners.len()).map(|k| sorted([corners[k], corners[(k + 1) % corners.len()]])),
+        );
     }
     let mut missing = 0;
     let mut ignored = BTreeSet::new();
@@ -168,12 +216,18 @@ fn tags(path: &Path, text: &str, cage: &mut Cage, welded: &Welded, faces: &[Opti
             match tag.floats.len() {
                 1 => Ok(vec![tag.floats[0]; count]),
                 n if n == count => Ok(tag.floats.clone()),
-                n => Err(fail(format!("the tag has {n} values of sharpness for {count} {what}; give one, or one each"))),
+                n => Err(fail(format!(
+                    "the tag has {n} values of sharpness for {count} {what}; give one, or one each"
+                ))),
             }
         };
         let vertex = |i: usize| -> Result<Option<u32>> {
             let count = file_vertices.len();
-            let p = file_vertices.get(i).ok_or_else(|| fail(format!("vertex {i} is out of range: the file has {count}, counted from 0 in tags")))?;
+            let p = file_vertices.get(i).ok_or_else(|| {
+                fail(format!(
+                    "vertex {i} is out of range: the file has {count}, counted from 0 in tags"
+                ))
+            })?;
             Ok(welded.0.get(&key(*p)).copied())
         };
         match tag.name {
@@ -219,7 +273,10 @@ fn tags(path: &Path, text: &str, cage: &mut Cage, welded: &Welded, faces: &[Opti
     }
     if !ignored.is_empty() {
         let names = ignored.into_iter().collect::<Vec<_>>().join(", ");
-        warnings.push(format!("{}: tags that are not understood are left out: {names}", path.display()));
+        warnings.push(format!(
+            "{}: tags that are not understood are left out: {names}",
+            path.display()
+        ));
     }
     Ok(())
 }

@@ -8,7 +8,9 @@ const KINDS: [&str; 3] = ["vertices", "texture coordinates", "normals"];
 
 /// The first faulty line (1-based) and what is wrong with it.
 pub fn find_fault(text: &str) -> Option<(usize, String)> {
-    let kind = |line: &str| ["v", "vt", "vn"].iter().position(|k| line.split_whitespace().next() == Some(k));
+    let kind = |line: &str| {
+        ["v", "vt", "vn"].iter().position(|k| line.split_whitespace().next() == Some(k))
+    };
     let mut totals = Counts::default();
     for line in text.lines() {
         if let Some(k) = kind(line) {
@@ -40,19 +42,34 @@ fn fault(line: &str, seen: Counts, allowed: Counts) -> Option<String> {
             rest = words.collect();
             let need = if key == "vt" { 2 } else { 3 };
             if rest.len() < need {
-                return Some(format!("\"{key}\" needs {need} numbers, found \"{shown}\"; export the mesh again"));
+                return Some(format!(
+                    "\"{key}\" needs {need} numbers, found \"{shown}\"; export the mesh again"
+                ));
             }
             if let Some(word) = rest.iter().take(need).find(|w| w.parse::<f32>().is_err()) {
-                return Some(format!("\"{word}\" is not a number in \"{shown}\"; export the mesh again"));
+                return Some(format!(
+                    "\"{word}\" is not a number in \"{shown}\"; export the mesh again"
+                ));
             }
             if rest.iter().take(need).any(|w| w.parse::<f32>().is_ok_and(|x| !x.is_finite())) {
-                return Some(format!("numbers must be finite, found \"{shown}\"; correct or remove the vertex"));
+                return Some(format!(
+                    "numbers must be finite, found \"{shown}\"; correct or remove the vertex"
+                ));
             }
-            if key == "v" && rest.len() == 4 && rest[3].parse::<f32>().map_or(true, |w| w == 0.0 || !w.is_finite()) {
-                return Some(format!("the fourth number of a vertex divides the others and may not be \"{}\"; remove it", rest[3]));
+            if key == "v"
+                && rest.len() == 4
+                && rest[3].parse::<f32>().map_or(true, |w| w == 0.0 || !w.is_finite())
+            {
+                return Some(format!(
+                    "the fourth number of a vertex divides the others and may not be \"{}\"; remove it",
+                    rest[3]
+                ));
             }
             if key == "v" && (rest.len() == 5 || rest.len() > 6) {
-                return Some(format!("a vertex has 3 numbers, 4 with a weight or 6 with a colour, found {}; export the mesh again", rest.len()));
+                return Some(format!(
+                    "a vertex has 3 numbers, 4 with a weight or 6 with a colour, found {}; export the mesh again",
+                    rest.len()
+                ));
             }
             None
         }
@@ -65,7 +82,9 @@ fn fault(line: &str, seen: Counts, allowed: Counts) -> Option<String> {
 
 fn corner_fault(corner: &str, seen: Counts, allowed: Counts) -> Option<String> {
     if corner == "\\" {
-        return Some("a line that goes on after \"\\\" is not supported; write the face on one line".into());
+        return Some(
+            "a line that goes on after \"\\\" is not supported; write the face on one line".into(),
+        );
     }
     if corner.split('/').count() > 3 {
         return Some(format!("\"{corner}\" is not a face corner; write v, v/vt, v//vn or v/vt/vn"));

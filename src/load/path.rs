@@ -1,6 +1,7 @@
 //! Paths in scene files: relative to the file that names them, with environment variables.
 //!
-//! `$NAME` and `${NAME}` are replaced by the variable's value, `${NAME:-default}` by `default` where it is unset or empty. `$$` is a dollar sign.
+//! `$NAME` and `${NAME}` are replaced by the variable's value, `${NAME:-default}` by `default`
+//! where it is unset or empty. `$$` is a dollar sign.
 
 use std::path::{Path, PathBuf};
 
@@ -20,21 +21,29 @@ pub fn expand(text: &str, lookup: impl Fn(&str) -> Option<String>) -> Result<Str
             continue;
         }
         let (name, default, after) = if let Some(inner) = rest.strip_prefix('{') {
-            let end = inner.find('}').ok_or_else(|| format!("\"{text}\" has no closing brace; write ${{NAME}} or ${{NAME:-default}}"))?;
-            let (name, default) = inner[..end].split_once(":-").map_or((&inner[..end], None), |(n, d)| (n, Some(d)));
+            let end = inner.find('}').ok_or_else(|| {
+                format!("\"{text}\" has no closing brace; write ${{NAME}} or ${{NAME:-default}}")
+            })?;
+            let (name, default) =
+                inner[..end].split_once(":-").map_or((&inner[..end], None), |(n, d)| (n, Some(d)));
             (name, default, &inner[end + 1..])
         } else {
-            let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(rest.len());
+            let end =
+                rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(rest.len());
             (&rest[..end], None, &rest[end..])
         };
         if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
-            return Err(format!("\"{text}\" names no environment variable after \"$\"; write ${{NAME}}, or $$ for a dollar sign"));
+            return Err(format!(
+                "\"{text}\" names no environment variable after \"$\"; write ${{NAME}}, or $$ for a dollar sign"
+            ));
         }
         match (lookup(name).filter(|v| !v.is_empty()), default) {
             (Some(value), _) => out.push_str(&value),
             (None, Some(default)) => out.push_str(default),
             (None, None) => {
-                return Err(format!("environment variable {name} in \"{text}\" is not set; set it, or write ${{{name}:-default}}"));
+                return Err(format!(
+                    "environment variable {name} in \"{text}\" is not set; set it, or write ${{{name}:-default}}"
+                ));
             }
         }
         rest = after;
@@ -81,7 +90,10 @@ mod tests {
 
     #[test]
     fn relative_to_the_naming_file() {
-        assert_eq!(resolve("m/a.obj", Path::new("scenes/s.toml")).unwrap(), Path::new("scenes/m/a.obj"));
+        assert_eq!(
+            resolve("m/a.obj", Path::new("scenes/s.toml")).unwrap(),
+            Path::new("scenes/m/a.obj")
+        );
         assert_eq!(resolve("/abs.obj", Path::new("scenes/s.toml")).unwrap(), Path::new("/abs.obj"));
         assert_eq!(resolve("a.obj", Path::new("s.toml")).unwrap(), Path::new("a.obj"));
     }

@@ -1,4 +1,5 @@
-//! The scene file: TOML keys, overrides, errors with lines. Data only; `assemble` makes a scene of it.
+//! The scene file: TOML keys, overrides, errors with lines. Data only; `assemble` makes a scene of
+//! it.
 //!
 //! ```toml
 //! name = "room"
@@ -119,9 +120,10 @@ pub enum Length {
     Share(String),
 }
 
-/// `subdivision = { … }`: how a cage is tessellated. `levels` (3) or `edge`, the longest edge; edges whose faces' normals differ by more than
-/// `crease_angle_deg` become creases of `crease_sharpness` (10: always sharp); `boundary` is "edge-and-corner", "edge" or "none" and overrides the
-/// file's; `uv` is "linear" or "smooth".
+/// `subdivision = { … }`: how a cage is tessellated. `levels` (3) or `edge`, the longest edge;
+/// edges whose faces' normals differ by more than `crease_angle_deg` become creases of
+/// `crease_sharpness` (10: always sharp); `boundary` is "edge-and-corner", "edge" or "none" and
+/// overrides the file's; `uv` is "linear" or "smooth".
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SubdivisionEntry {
@@ -133,9 +135,10 @@ pub struct SubdivisionEntry {
     pub uv: UvRule,
 }
 
-/// `curves = { … }`: how curves are read and tessellated. `shape` is "tube" of `sides` (5), "ribbon" (along `normal`, where given) or "cross";
-/// `segments` (4) a span; `basis` of a file is "linear", "catmull-rom", "bspline" or "bezier"; `width` replaces the file's diameters, `width_scale`
-/// multiplies them; `material` names the material (the file's stem).
+/// `curves = { … }`: how curves are read and tessellated. `shape` is "tube" of `sides` (5),
+/// "ribbon" (along `normal`, where given) or "cross"; `segments` (4) a span; `basis` of a file is
+/// "linear", "catmull-rom", "bspline" or "bezier"; `width` replaces the file's diameters,
+/// `width_scale` multiplies them; `material` names the material (the file's stem).
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CurvesEntry {
@@ -173,7 +176,8 @@ pub enum LightEntry {
     Sky {
         radiance: Triple,
     },
-    /// A latitude-longitude picture (`.hdr`, `.exr`), times `scale` (1), its top towards `up` ([0, 1, 0]), turned by `rotation_deg` about it.
+    /// A latitude-longitude picture (`.hdr`, `.exr`), times `scale` (1), its top towards `up` ([0,
+    /// 1, 0]), turned by `rotation_deg` about it.
     Environment {
         file: String,
         #[serde(default)]
@@ -229,7 +233,8 @@ pub fn parse(path: &Path, text: &str, overrides: &[(String, String)]) -> Result<
     for (key, value) in overrides {
         let bad = |message: String| Error::setting(key.clone(), message);
         apply(&mut table, key, value).map_err(bad)?;
-        scene = read(&table).map_err(|e| bad(e.message().trim_end_matches('\n').replace('\n', "; ")))?;
+        scene = read(&table)
+            .map_err(|e| bad(e.message().trim_end_matches('\n').replace('\n', "; ")))?;
     }
     Ok(scene)
 }
@@ -243,7 +248,11 @@ fn value_of(text: &str) -> DeValue<'_> {
     DeValue::parse(text).map_or_else(|_| DeValue::String(text.into()), Spanned::into_inner)
 }
 
-fn apply<'a>(table: &mut Spanned<DeTable<'a>>, key: &str, value: &'a str) -> std::result::Result<(), String> {
+fn apply<'a>(
+    table: &mut Spanned<DeTable<'a>>,
+    key: &str,
+    value: &'a str,
+) -> std::result::Result<(), String> {
     let mut parts: Vec<&str> = key.split('.').collect();
     if parts.iter().any(|p| p.is_empty()) {
         return Err("is no key; write section.key=value".into());
@@ -261,7 +270,11 @@ fn apply<'a>(table: &mut Spanned<DeTable<'a>>, key: &str, value: &'a str) -> std
     done
 }
 
-fn set<'a>(at: &mut Spanned<DeValue<'a>>, parts: &[&str], value: DeValue<'a>) -> std::result::Result<(), String> {
+fn set<'a>(
+    at: &mut Spanned<DeValue<'a>>,
+    parts: &[&str],
+    value: DeValue<'a>,
+) -> std::result::Result<(), String> {
     let Some((first, rest)) = parts.split_first() else {
         // The place keeps its span, so that later messages still point into the file.
         *at.get_mut() = value;
@@ -271,13 +284,17 @@ fn set<'a>(at: &mut Spanned<DeValue<'a>>, parts: &[&str], value: DeValue<'a>) ->
     match at.get_mut() {
         DeValue::Table(table) => {
             let key = Spanned::new(span.clone(), std::borrow::Cow::Owned((*first).to_owned()));
-            let entry = table.entry(key).or_insert_with(|| Spanned::new(span, DeValue::Table(DeTable::new())));
+            let entry = table
+                .entry(key)
+                .or_insert_with(|| Spanned::new(span, DeValue::Table(DeTable::new())));
             set(entry, rest, value)
         }
         DeValue::Array(list) => {
             let count = list.len();
             let index = first.parse::<usize>().ok().filter(|&i| i < count);
-            let index = index.ok_or_else(|| format!("\"{first}\" is no index of an array of {count}; indices run from 0"))?;
+            let index = index.ok_or_else(|| {
+                format!("\"{first}\" is no index of an array of {count}; indices run from 0")
+            })?;
             list.get_mut(index).map_or(Ok(()), |entry| set(entry, rest, value))
         }
         _ => Err(format!("\"{first}\" stands below a plain value; give the value itself")),
@@ -289,7 +306,8 @@ mod tests {
     use super::*;
 
     fn with(text: &str, overrides: &[(&str, &str)]) -> Result<SceneFile> {
-        let list: Vec<_> = overrides.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
+        let list: Vec<_> =
+            overrides.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
         parse(Path::new("s.toml"), text, &list)
     }
 
@@ -297,23 +315,55 @@ mod tests {
 
     #[test]
     fn overrides_reach_scene_and_settings() {
-        let s = with(TEXT, &[("camera.width", "320"), ("camera.eye", "[1, 2, 3]"), ("decompose.alpha", "0.1"), ("seed", "7"), ("name", "bare words")]).unwrap();
+        let s = with(
+            TEXT,
+            &[
+                ("camera.width", "320"),
+                ("camera.eye", "[1, 2, 3]"),
+                ("decompose.alpha", "0.1"),
+                ("seed", "7"),
+                ("name", "bare words"),
+            ],
+        )
+        .unwrap();
         let camera = s.camera.unwrap().into_inner();
         assert_eq!((camera.width, camera.eye), (Some(320), Some(Vec3::new(1.0, 2.0, 3.0))));
         assert_eq!(s.settings["decompose"]["alpha"].as_float(), Some(0.1));
         assert_eq!(s.settings["seed"].as_integer(), Some(7));
         assert_eq!(s.name.as_deref(), Some("bare words"));
-        let s = with(TEXT, &[("light.0.radiance", "[3, 2, 1]"), ("material.wall.albedo", "0.3"), ("settings.path.spp", "4")]).unwrap();
-        assert!(matches!(s.light[0].get_ref(), LightEntry::Sky { radiance: Triple::Three([3.0, 2.0, 1.0]) }));
-        assert!(s.material.contains_key("wall") && s.settings["path"]["spp"].as_integer() == Some(4));
+        let s = with(
+            TEXT,
+            &[
+                ("light.0.radiance", "[3, 2, 1]"),
+                ("material.wall.albedo", "0.3"),
+                ("settings.path.spp", "4"),
+            ],
+        )
+        .unwrap();
+        assert!(matches!(
+            s.light[0].get_ref(),
+            LightEntry::Sky { radiance: Triple::Three([3.0, 2.0, 1.0]) }
+        ));
+        assert!(
+            s.material.contains_key("wall") && s.settings["path"]["spp"].as_integer() == Some(4)
+        );
     }
 
     #[test]
     fn bad_overrides_name_their_key() {
         let message = |o: &[(&str, &str)]| with(TEXT, o).unwrap_err().to_string();
-        assert_eq!(message(&[("camera.width", "wide")]), "setting \"camera.width\": invalid type: string \"wide\", expected u32");
-        assert!(message(&[("camera.wdith", "3")]).starts_with("setting \"camera.wdith\": unknown field `wdith`"));
-        assert_eq!(message(&[("light.1.radiance", "3")]), "setting \"light.1.radiance\": \"1\" is no index of an array of 1; indices run from 0");
+        assert_eq!(
+            message(&[("camera.width", "wide")]),
+            "setting \"camera.width\": invalid type: string \"wide\", expected u32"
+        );
+        assert!(
+            message(&[("camera.wdith", "3")])
+                .starts_with("setting \"camera.wdith\": unknown field `wdith`")
+        );
+        assert_eq!(
+            message(&[("light.1.radiance", "3")]),
+            "setting \"light.1.radiance\": \"1\" is no index of an array of 1; indices run from 0"
+        );
         assert!(message(&[("camera..width", "3")]).contains("is no key"));
         assert!(message(&[("camera.width.x", "3")]).contains("plain value"));
     }
@@ -321,9 +371,14 @@ mod tests {
     #[test]
     fn errors_have_lines() {
         let message = |t: &str| with(t, &[]).unwrap_err().to_string();
-        assert!(message("name = \"a\"\n[camera]\nwdith = 3\n").starts_with("s.toml:3: unknown field `wdith`, expected one of `eye`"));
+        assert!(
+            message("name = \"a\"\n[camera]\nwdith = 3\n")
+                .starts_with("s.toml:3: unknown field `wdith`, expected one of `eye`")
+        );
         assert!(message("\n\nname = \n").starts_with("s.toml:3: "));
         assert!(message("[camera]\n\neye = [1, 2]\n").starts_with("s.toml:3: invalid length 2"));
-        assert!(message("[[light]]\ntype = \"lamp\"\n").starts_with("s.toml:2: unknown variant `lamp`"));
+        assert!(
+            message("[[light]]\ntype = \"lamp\"\n").starts_with("s.toml:2: unknown variant `lamp`")
+        );
     }
 }

@@ -1,7 +1,8 @@
-//! What a `[[mesh]]` entry is before it is triangles: a mesh, a cage, or curves; its transform, its settings, its tessellation.
+//! What a `[[mesh]]` entry is before it is triangles: a mesh, a cage, or curves; its transform, its
+//! settings, its tessellation.
 //!
-//! Cages and curves are tessellated when all entries are read, since lengths may be shares of the scene's diagonal: that of all meshes, control
-//! points of cages and curves included, lamps not.
+//! Cages and curves are tessellated when all entries are read, since lengths may be shares of the
+//! scene's diagonal: that of all meshes, control points of cages and curves included, lamps not.
 
 use glam::{Mat3, Mat4, Vec3};
 
@@ -32,20 +33,37 @@ pub fn curve_settings(e: &CurvesEntry) -> Result<CurveSettings, String> {
             return Err(format!("curves.{key} must be finite and above 0"));
         }
     }
-    Ok(CurveSettings { shape: e.shape, sides: e.sides.unwrap_or(base.sides), segments: e.segments.unwrap_or(base.segments), normal: e.normal })
+    Ok(CurveSettings {
+        shape: e.shape,
+        sides: e.sides.unwrap_or(base.sides),
+        segments: e.segments.unwrap_or(base.segments),
+        normal: e.normal,
+    })
 }
 
-fn subdivision_settings(e: &SubdivisionEntry, diagonal: f32) -> Result<SubdivisionSettings, String> {
+fn subdivision_settings(
+    e: &SubdivisionEntry,
+    diagonal: f32,
+) -> Result<SubdivisionSettings, String> {
     let base = SubdivisionSettings::default();
     let levels = match (e.levels, &e.edge) {
-        (Some(_), Some(_)) => return Err("subdivision has levels and edge; remove one of them".into()),
-        (Some(0), None) => return Err("levels is 0 but must be at least 1; remove subdivision for the polygons themselves".into()),
+        (Some(_), Some(_)) => {
+            return Err("subdivision has levels and edge; remove one of them".into());
+        }
+        (Some(0), None) => return Err(
+            "levels is 0 but must be at least 1; remove subdivision for the polygons themselves"
+                .into(),
+        ),
         (Some(n), None) => Levels::Fixed(n),
         (None, None) => base.levels,
         (None, Some(edge)) => {
             let length = match edge {
                 Length::Units(x) => Some(*x),
-                Length::Share(text) => text.trim().strip_suffix('%').and_then(|n| n.trim().parse::<f32>().ok()).map(|x| x * 0.01 * diagonal),
+                Length::Share(text) => text
+                    .trim()
+                    .strip_suffix('%')
+                    .and_then(|n| n.trim().parse::<f32>().ok())
+                    .map(|x| x * 0.01 * diagonal),
             };
             let fine = length.filter(|x| x.is_finite() && *x > 0.0);
             Levels::Edge(fine.ok_or("subdivision.edge must be a length above 0, or a share of the diagonal like \"0.5%\"")?)
@@ -58,7 +76,10 @@ fn subdivision_settings(e: &SubdivisionEntry, diagonal: f32) -> Result<Subdivisi
         return Err("crease_sharpness must be finite and not negative; 10 is always sharp".into());
     }
     if e.crease_sharpness.is_some() && e.crease_angle_deg.is_none() {
-        return Err("crease_sharpness belongs to crease_angle_deg; add it or remove crease_sharpness".into());
+        return Err(
+            "crease_sharpness belongs to crease_angle_deg; add it or remove crease_sharpness"
+                .into(),
+        );
     }
     Ok(SubdivisionSettings {
         levels,
@@ -82,7 +103,9 @@ impl Shape {
     /// Box around all (control) points.
     pub fn bounds(&self) -> Aabb {
         match self {
-            Self::Mesh(mesh) => Aabb::around(mesh.triangles.iter().flatten().map(|&i| mesh.positions[i as usize])),
+            Self::Mesh(mesh) => {
+                Aabb::around(mesh.triangles.iter().flatten().map(|&i| mesh.positions[i as usize]))
+            }
             Self::Cage(cage, _) => Aabb::around(cage.positions.iter().copied()),
             Self::Curves(curves, _) => Aabb::around(curves.points.iter().copied()),
         }
@@ -136,7 +159,12 @@ impl Shape {
     ///
     /// # Errors
     /// What does not fit, or is out of range.
-    pub fn tessellate(self, diagonal: f32, notes: &mut Vec<String>, warnings: &mut Vec<String>) -> Result<Mesh, String> {
+    pub fn tessellate(
+        self,
+        diagonal: f32,
+        notes: &mut Vec<String>,
+        warnings: &mut Vec<String>,
+    ) -> Result<Mesh, String> {
         match self {
             Self::Mesh(mesh) => Ok(mesh),
             Self::Cage(mut cage, entry) => {
@@ -146,12 +174,22 @@ impl Shape {
                 if faulty > 0 {
                     warnings.push(format!("{}: {faulty} edges have more than two faces, or two wound against each other; they become creases", cage.name));
                 }
-                notes.push(format!("{}: {} faces subdivided into {} triangles", cage.name, cage.face_count(), mesh.triangles.len()));
+                notes.push(format!(
+                    "{}: {} faces subdivided into {} triangles",
+                    cage.name,
+                    cage.face_count(),
+                    mesh.triangles.len()
+                ));
                 Ok(mesh)
             }
             Self::Curves(curves, settings) => {
                 let mesh = tessellate_curves(&curves, &settings)?;
-                notes.push(format!("{}: {} curves made into {} triangles", curves.name, curves.len(), mesh.triangles.len()));
+                notes.push(format!(
+                    "{}: {} curves made into {} triangles",
+                    curves.name,
+                    curves.len(),
+                    mesh.triangles.len()
+                ));
                 Ok(mesh)
             }
         }

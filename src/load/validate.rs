@@ -27,7 +27,10 @@ pub fn check_lens(c: &Camera, file: &Path, line: Option<usize>) -> Result<()> {
         return fail("camera width and height must be at least 1".into());
     }
     if u64::from(c.width) * u64::from(c.height) > MAX_PIXELS {
-        return fail(format!("an image of {}x{} pixels does not fit memory; at most {MAX_PIXELS} pixels are allowed", c.width, c.height));
+        return fail(format!(
+            "an image of {}x{} pixels does not fit memory; at most {MAX_PIXELS} pixels are allowed",
+            c.width, c.height
+        ));
     }
     Ok(())
 }
@@ -52,9 +55,14 @@ pub fn check_camera(c: &Camera, file: &Path, line: Option<usize>) -> Result<()> 
 
 /// Box around all triangles of all meshes and around lamps with a surface.
 pub fn bounds(scene: &Scene) -> Aabb {
-    let meshes = scene.meshes.iter().flat_map(|m| m.triangles.iter().flatten().map(|&i| m.positions[i as usize]));
+    let meshes = scene
+        .meshes
+        .iter()
+        .flat_map(|m| m.triangles.iter().flatten().map(|&i| m.positions[i as usize]));
     let lamps = scene.lights.iter().flat_map(|l| match *l {
-        Light::Quad { corner, edge1, edge2, .. } => vec![corner, corner + edge1, corner + edge2, corner + edge1 + edge2],
+        Light::Quad { corner, edge1, edge2, .. } => {
+            vec![corner, corner + edge1, corner + edge2, corner + edge1 + edge2]
+        }
         Light::Sphere { center, radius, .. } => vec![center - radius, center + radius],
         _ => Vec::new(),
     });
@@ -68,13 +76,18 @@ pub fn framing(bounds: &Aabb, camera: &Camera) -> Camera {
     let half = (camera.vfov_deg.to_radians() * 0.5).tan() * aspect.min(1.0);
     let distance = radius / half.atan().sin();
     let target = bounds.center();
-    Camera { eye: target + Vec3::new(0.5, 0.35, 1.0).normalize() * distance, target, ..camera.clone() }
+    Camera {
+        eye: target + Vec3::new(0.5, 0.35, 1.0).normalize() * distance,
+        target,
+        ..camera.clone()
+    }
 }
 
 /// Checks that there is something to see.
 ///
 /// # Errors
-/// [`Error::Input`] for scenes without triangles, without light, or with coordinates too large to trace.
+/// [`Error::Input`] for scenes without triangles, without light, or with coordinates too large to
+/// trace.
 pub fn check_scene(scene: &Scene, file: &Path) -> Result<()> {
     let lamps = scene.lights.iter().any(|l| matches!(l, Light::Quad { .. } | Light::Sphere { .. }));
     if scene.meshes.iter().all(|m| m.triangles.is_empty()) && !lamps {
@@ -82,10 +95,18 @@ pub fn check_scene(scene: &Scene, file: &Path) -> Result<()> {
     }
     let largest = bounds(scene);
     if largest.diagonal().is_nan() || largest.diagonal() > MAX_DIAGONAL {
-        return Err(Error::input(file, None, "coordinates are too large to trace; scale the scene down below 1e15 units"));
+        return Err(Error::input(
+            file,
+            None,
+            "coordinates are too large to trace; scale the scene down below 1e15 units",
+        ));
     }
     if !emits(scene) {
-        return Err(Error::input(file, None, "nothing emits light; add a [[light]] (e.g. type = \"sky\", radiance = [1, 1, 1]) or a material with emission"));
+        return Err(Error::input(
+            file,
+            None,
+            "nothing emits light; add a [[light]] (e.g. type = \"sky\", radiance = [1, 1, 1]) or a material with emission",
+        ));
     }
     Ok(())
 }
@@ -93,12 +114,19 @@ pub fn check_scene(scene: &Scene, file: &Path) -> Result<()> {
 /// True when a light or a material in use emits.
 pub fn emits(scene: &Scene) -> bool {
     let lit = scene.lights.iter().any(|l| match l {
-        Light::Quad { radiance, .. } | Light::Sphere { radiance, .. } | Light::Sky { radiance } => radiance.max_element() > 0.0,
+        Light::Quad { radiance, .. } | Light::Sphere { radiance, .. } | Light::Sky { radiance } => {
+            radiance.max_element() > 0.0
+        }
         Light::Sun { irradiance, .. } => irradiance.max_element() > 0.0,
         Light::Environment { map } => map.texels.iter().any(|c| c.max_element() > 0.0),
-        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity.max_element() > 0.0,
+        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => {
+            intensity.max_element() > 0.0
+        }
     });
-    lit || scene.meshes.iter().any(|m| m.materials.iter().any(|&i| scene.materials[i as usize].emits()))
+    lit || scene
+        .meshes
+        .iter()
+        .any(|m| m.materials.iter().any(|&i| scene.materials[i as usize].emits()))
 }
 
 #[cfg(test)]
@@ -113,8 +141,10 @@ mod tests {
             let c = framing(&b, &Camera { width, height, ..Camera::default() });
             check_camera(&c, Path::new("x"), None).unwrap();
             for k in 0..8 {
-                let pick = |bit: usize, i: usize| if k >> bit & 1 == 0 { b.min[i] } else { b.max[i] };
-                let (Vec2 { x, y }, _) = c.project(Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2))).unwrap();
+                let pick =
+                    |bit: usize, i: usize| if k >> bit & 1 == 0 { b.min[i] } else { b.max[i] };
+                let (Vec2 { x, y }, _) =
+                    c.project(Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2))).unwrap();
                 assert!(x >= 0.0 && x <= width as f32 && y >= 0.0 && y <= height as f32);
             }
         }

@@ -1,4 +1,5 @@
-//! Geometry without rendering knowledge: rays, boxes, frames. World space, scene units, unit directions.
+//! Geometry without rendering knowledge: rays, boxes, frames. World space, scene units, unit
+//! directions.
 
 mod bounds;
 mod frame;

@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-/// A ray: points `origin + t · dir` for `t` in the open interval (`t_min`, `t_max`). `dir` need not be unit; `t` counts in its lengths.
+/// A ray: points `origin + t · dir` for `t` in the open interval (`t_min`, `t_max`). `dir` need not
+/// be unit; `t` counts in its lengths.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
@@ -44,9 +45,11 @@ pub struct Hit {
     pub triangle: u32,
 }
 
-/// Origin for a ray that leaves a surface at `p` on the side of the unit normal `n`, far enough that it does not meet the surface again.
+/// Origin for a ray that leaves a surface at `p` on the side of the unit normal `n`, far enough
+/// that it does not meet the surface again.
 ///
-/// The step is relative to the magnitude of the coordinates and to `scale` (the scene's diagonal): 32 ulp of the larger of
+/// The step is relative to the magnitude of the coordinates and to `scale` (the scene's diagonal):
+/// 32 ulp of the larger of
 /// |p| and 1e-2 of the diagonal. Chosen; the conformance and thin-wall tests hold it.
 pub fn offset_origin(p: Vec3, n: Vec3, scale: f32) -> Vec3 {
     let magnitude = p.abs().max_element().max(0.01 * scale);

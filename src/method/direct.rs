@@ -1,6 +1,8 @@
-//! `--method direct`: light that comes unscattered from sun, lamps and emitters; no sky, no bounces.
+//! `--method direct`: light that comes unscattered from sun, lamps and emitters; no sky, no
+//! bounces.
 //!
-//! The same camera samples and shadow rays as the first pass of the decomposition; layers as there, with zero irradiance.
+//! The same camera samples and shadow rays as the first pass of the decomposition; layers as there,
+//! with zero irradiance.
 
 use crate::error::Result;
 use crate::method::Rendered;
@@ -13,7 +15,13 @@ use crate::shading::{DirectSettings, World};
 ///
 /// # Errors
 /// For settings out of range, [`crate::error::Error::Interrupted`].
-pub fn render(world: &World, record: &RecordSettings, direct: &DirectSettings, seed: u64, run: &Run) -> Result<Rendered> {
+pub fn render(
+    world: &World,
+    record: &RecordSettings,
+    direct: &DirectSettings,
+    seed: u64,
+    run: &Run,
+) -> Result<Rendered> {
     record.validate()?;
     let samples = camera_samples(world, record, direct, seed, run)?;
     let none = vec![Rgb::ZERO; samples.points.len()];

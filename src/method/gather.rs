@@ -1,11 +1,12 @@
-//! `--method gather`: final gathering through the proxy at every shading point, the image that caching and decomposition can at best reach.
+//! `--method gather`: final gathering through the proxy at every shading point, the image that
+//! caching and decomposition can at best reach.
 //!
 //! ```text
 //! E(x) = π / rays · Σ_r L(x, wi_r)          wi_r cosine-distributed around the shading normal, Owen–Sobol; L from [`Proxy::incident`]
 //! ```
 //!
-//! Directions below the geometric horizon bring nothing. Unbiased for the light of the proxy; noise falls with `gather.rays`.
-//! Cost `rays` rays per shading point.
+//! Directions below the geometric horizon bring nothing. Unbiased for the light of the proxy; noise
+//! falls with `gather.rays`. Cost `rays` rays per shading point.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -40,7 +41,10 @@ impl GatherSettings {
     /// [`Error::Setting`] for values out of range.
     pub fn validate(&self) -> Result<()> {
         if !(1..=1 << 20).contains(&self.rays) {
-            return Err(Error::setting("gather.rays", format!("{} is not in 1..=1048576", self.rays)));
+            return Err(Error::setting(
+                "gather.rays",
+                format!("{} is not in 1..=1048576", self.rays),
+            ));
         }
         Ok(())
     }
@@ -50,7 +54,14 @@ impl GatherSettings {
 ///
 /// # Errors
 /// [`Error::Interrupted`].
-pub fn gather(world: &World, proxy: Proxy<'_>, points: &ShadingPoints, rays: u32, seed: u64, run: &Run) -> Result<Vec<Rgb>> {
+pub fn gather(
+    world: &World,
+    proxy: Proxy<'_>,
+    points: &ShadingPoints,
+    rays: u32,
+    seed: u64,
+    run: &Run,
+) -> Result<Vec<Rgb>> {
     let phase = run.phase("sample", points.len() as u64);
     let out = run.install(|| {
         (0..points.len())
@@ -64,9 +75,11 @@ pub fn gather(world: &World, proxy: Proxy<'_>, points: &ShadingPoints, rays: u32
                 let frame = Frame::from_normal(points.ns[i]);
                 let mut sum = glam::DVec3::ZERO;
                 for r in 0..rays {
-                    let wi = frame.world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 0)));
+                    let wi =
+                        frame.world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 0)));
                     if wi.dot(points.ng[i]) > 0.0 {
-                        sum += proxy.incident(world, &Ray::new(points.p[i], wi)).radiance.as_dvec3();
+                        sum +=
+                            proxy.incident(world, &Ray::new(points.p[i], wi)).radiance.as_dvec3();
                     }
                 }
                 run.rays.add(RayKind::Sample, u64::from(rays));
@@ -83,10 +96,16 @@ pub fn gather(world: &World, proxy: Proxy<'_>, points: &ShadingPoints, rays: u32
 ///
 /// # Errors
 /// As [`Stage::new`].
-pub fn render(world: &World, settings: &GatherSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+pub fn render(
+    world: &World,
+    settings: &GatherSettings,
+    inputs: Inputs<'_>,
+    run: &Run,
+) -> Result<Rendered> {
     settings.validate()?;
     let stage = Stage::new(world, inputs, run)?;
-    let irradiance = gather(world, stage.proxy(), &stage.samples.points, settings.rays, inputs.seed, run)?;
+    let irradiance =
+        gather(world, stage.proxy(), &stage.samples.points, settings.rays, inputs.seed, run)?;
     let mut stats = stage.stats();
     stats.insert("rays_per_point".into(), settings.rays.into());
     Ok(Rendered { film: stage.samples.compose(&irradiance), stats, ..Rendered::default() })

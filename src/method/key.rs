@@ -1,12 +1,14 @@
-//! What a file of earlier work belongs to: kind and version, scene, and the settings that decided its content. Kept as comments in its header.
+//! What a file of earlier work belongs to: kind and version, scene, and the settings that decided
+//! its content. Kept as comments in its header.
 //!
 //! ```text
 //! comment nearfar irradiance cache 2                     kind and version of the content
 //! comment scene meshes=… materials=… textures=… lights=…  crate::scene::Fingerprint; not of camera and seed
 //! comment settings {"cache.rays":512,…}                  dotted keys of the settings that matter, as JSON
 //! ```
-//! A file with another key is refused, with what differs and how to mend it: the first setting by name and both values, or the parts of the
-//! scene. Settings that are not left out by name count: a new setting makes earlier files stale, never wrong.
+//! A file with another key is refused, with what differs and how to mend it: the first setting by
+//! name and both values, or the parts of the scene. Settings that are not left out by name count: a
+//! new setting makes earlier files stale, never wrong.
 
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -46,28 +48,42 @@ impl Key {
     /// Header comments.
     pub fn comments(&self) -> Vec<String> {
         let settings = Value::Object(self.settings.clone());
-        vec![format!("nearfar {} {}", self.kind, self.version), format!("scene {}", self.scene), format!("settings {settings}")]
+        vec![
+            format!("nearfar {} {}", self.kind, self.version),
+            format!("scene {}", self.scene),
+            format!("settings {settings}"),
+        ]
     }
 
     /// Why a file with these comments does not belong here.
     pub fn difference(&self, comments: &[String]) -> Option<String> {
         let find = |name: &str| comments.iter().find_map(|c| c.strip_prefix(name)).map(str::trim);
         let Some(version) = find(&format!("nearfar {} ", self.kind)) else {
-            let other = find("nearfar ").map_or_else(String::new, |other| format!(", but says \"nearfar {other}\""));
-            return Some(format!("is no {}: it does not have the comment \"nearfar {} {}\"{other}", self.kind, self.kind, self.version));
+            let other = find("nearfar ")
+                .map_or_else(String::new, |other| format!(", but says \"nearfar {other}\""));
+            return Some(format!(
+                "is no {}: it does not have the comment \"nearfar {} {}\"{other}",
+                self.kind, self.kind, self.version
+            ));
         };
         if version != self.version.to_string() {
-            return Some(format!("is of version {version}; this program reads \"nearfar {} {}\": save it again", self.kind, self.version));
+            return Some(format!(
+                "is of version {version}; this program reads \"nearfar {} {}\": save it again",
+                self.kind, self.version
+            ));
         }
         match find("scene ").and_then(Fingerprint::parse) {
             None => return Some("does not say what scene it belongs to: save it again".into()),
             Some(stored) => {
                 if let Some(parts) = self.scene.differing(&stored) {
-                    return Some(format!("was made for another scene: its {parts} differ from this one's; render without --load-cache and save it again"));
+                    return Some(format!(
+                        "was made for another scene: its {parts} differ from this one's; render without --load-cache and save it again"
+                    ));
                 }
             }
         }
-        let stored: Map<String, Value> = find("settings ").and_then(|text| serde_json::from_str(text).ok()).unwrap_or_default();
+        let stored: Map<String, Value> =
+            find("settings ").and_then(|text| serde_json::from_str(text).ok()).unwrap_or_default();
         let keys = self.settings.keys().chain(stored.keys());
         keys.into_iter().find(|key| self.settings.get(*key) != stored.get(*key)).map(|key| {
             let say = |map: &Map<String, Value>| map.get(key).map_or_else(|| "not there".into(), Value::to_string);

@@ -1,16 +1,21 @@
-//! `--method local-correction`: a scene lit by hand, its flat ambient term corrected by the surfaces that are near `[Course07]`.
+//! `--method local-correction`: a scene lit by hand, its flat ambient term corrected by the
+//! surfaces that are near `[Course07]`.
 //!
 //! ```text
 //! off   E = E_lights + ∫ L_ambient (n·w) dw                                      lights without shadows, one ambient field for all
 //! on    E = E_lights + ∫_{near} B/π (n·w) dw + ∫_{not near} L_ambient (n·w) dw
 //! ```
-//! What the near surfaces send is added and what the ambient field had claimed for the directions they cover is taken away: contact
-//! shadows and local bleeding. Near is the far field's alpha here: `local.reach`; coverage fades out over its second half. Near surfaces are elements
-//! ([`crate::points`]) with B = albedo · (E_lights + E_ambient), so overlap is dealt with by the raster.
-//! The ambient field: `local.ambient` holds one radiance for all directions, or 4 or 9 SH coefficients (order l² + l + m, world axes).
+//! What the near surfaces send is added and what the ambient field had claimed for the directions
+//! they cover is taken away: contact shadows and local bleeding. Near is the far field's alpha
+//! here: `local.reach`; coverage fades out over its second half. Near surfaces are elements
+//! ([`crate::points`]) with B = albedo · (E_lights + E_ambient), so overlap is dealt with by the
+//! raster. The ambient field: `local.ambient` holds one radiance for all directions, or 4 or 9 SH
+//! coefficients (order l² + l + m, world axes).
 //!
-//! Guarantees  no ray but the camera's: no shadow, sample or visibility ray. Irradiance is never negative.
-//! Not         shadows of the lights, and anything farther than the reach. Cost  a gather over near elements per shading point.
+//! Guarantees  no ray but the camera's: no shadow, sample or visibility ray. Irradiance is never
+//!             negative.
+//! Not         shadows of the lights, and anything farther than the reach. Cost  a gather over near
+//!             elements per shading point.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -33,7 +38,8 @@ use crate::shading::{DirectSettings, World};
 pub struct LocalSettings {
     /// Correct; without it the flat ambient term stays. Default true.
     pub correction: bool,
-    /// Ambient radiance: one RGB triple (all directions alike), or 4 or 9 triples of SH coefficients. Default \[\[0.3, 0.3, 0.3\]\].
+    /// Ambient radiance: one RGB triple (all directions alike), or 4 or 9 triples of SH
+    /// coefficients. Default \[\[0.3, 0.3, 0.3\]\].
     pub ambient: Vec<[f32; 3]>,
     /// What is nearer corrects, as a fraction of the scene's diagonal, above 0 to 1. Default 0.1.
     pub reach: f32,
@@ -45,7 +51,13 @@ pub struct LocalSettings {
 
 impl Default for LocalSettings {
     fn default() -> Self {
-        Self { correction: true, ambient: vec![[0.3; 3]], reach: 0.1, elements: 200_000, light_samples: 16 }
+        Self {
+            correction: true,
+            ambient: vec![[0.3; 3]],
+            reach: 0.1,
+            elements: 200_000,
+            light_samples: 16,
+        }
     }
 }
 
@@ -53,8 +65,13 @@ impl LocalSettings {
     /// # Errors
     /// [`Error::Setting`] for the first value out of its range.
     pub fn validate(&self) -> Result<()> {
-        if ![1, 4, 9].contains(&self.ambient.len()) || self.ambient.iter().flatten().any(|v| !v.is_finite()) {
-            return Err(Error::setting("local.ambient", "write one RGB triple, or 4 or 9 triples of SH coefficients, all finite"));
+        if ![1, 4, 9].contains(&self.ambient.len())
+            || self.ambient.iter().flatten().any(|v| !v.is_finite())
+        {
+            return Err(Error::setting(
+                "local.ambient",
+                "write one RGB triple, or 4 or 9 triples of SH coefficients, all finite",
+            ));
         }
         let ranges = [
             ("local.reach", f64::from(self.reach), f64::from(f32::MIN_POSITIVE), 1.0),
@@ -62,7 +79,9 @@ impl LocalSettings {
             ("local.light_samples", f64::from(self.light_samples), 1.0, 4096.0),
         ];
         match ranges.into_iter().find(|&(_, value, low, high)| !(low..=high).contains(&value)) {
-            Some((key, value, low, high)) => Err(Error::setting(key, format!("{value} is not between {low} and {high}"))),
+            Some((key, value, low, high)) => {
+                Err(Error::setting(key, format!("{value} is not between {low} and {high}")))
+            }
             None => Ok(()),
         }
     }
@@ -96,8 +115,16 @@ fn unshadowed(world: &World, p: Vec3, ng: Vec3, n: Vec3, count: u32, sobol: &Sob
 }
 
 /// The near surfaces and what leaves them.
-fn near_surfaces(world: &World, settings: &LocalSettings, field: &ShRgb, seed: u64) -> Result<Hierarchy> {
-    let (geometry, wanted) = (&world.geometry, PointsSettings { elements: settings.elements, ..PointsSettings::default() });
+fn near_surfaces(
+    world: &World,
+    settings: &LocalSettings,
+    field: &ShRgb,
+    seed: u64,
+) -> Result<Hierarchy> {
+    let (geometry, wanted) = (
+        &world.geometry,
+        PointsSettings { elements: settings.elements, ..PointsSettings::default() },
+    );
     let pieces = dice(geometry, wanted.dicing())?;
     let (mut cloud, from) = Cloud::from_pieces(geometry, &pieces);
     let leaving = |sign: f32| -> Vec<Rgb> {
@@ -106,8 +133,16 @@ fn near_surfaces(world: &World, settings: &LocalSettings, field: &ShRgb, seed: u
                 let piece = &pieces[i as usize];
                 let b = piece.at(Vec2::splat(0.5));
                 let s = geometry.surface(piece.triangle, b.x, b.y);
-                let sobol = Sobol::new(seed, Stream::Points, 2 * u64::from(i) + u64::from(sign < 0.0));
-                let lights = unshadowed(world, s.p, s.ng * sign, s.ns * sign, settings.light_samples, &sobol);
+                let sobol =
+                    Sobol::new(seed, Stream::Points, 2 * u64::from(i) + u64::from(sign < 0.0));
+                let lights = unshadowed(
+                    world,
+                    s.p,
+                    s.ng * sign,
+                    s.ns * sign,
+                    settings.light_samples,
+                    &sobol,
+                );
                 s.albedo * (lights + field.irradiance(s.ns * sign)).max(Rgb::ZERO)
             })
             .collect()
@@ -118,11 +153,18 @@ fn near_surfaces(world: &World, settings: &LocalSettings, field: &ShRgb, seed: u
     Hierarchy::new(&cloud, HitSides::Both)
 }
 
-/// The picture; layers `direct` (the lights), `indirect` and `irradiance` (the ambient term, corrected or not).
+/// The picture; layers `direct` (the lights), `indirect` and `irradiance` (the ambient term,
+/// corrected or not).
 ///
 /// # Errors
 /// For settings out of range, [`Error::Interrupted`].
-pub fn render(world: &World, settings: &LocalSettings, record: &RecordSettings, seed: u64, run: &Run) -> Result<Rendered> {
+pub fn render(
+    world: &World,
+    settings: &LocalSettings,
+    record: &RecordSettings,
+    seed: u64,
+    run: &Run,
+) -> Result<Rendered> {
     settings.validate()?;
     record.validate()?;
     let field = settings.field();
@@ -131,7 +173,16 @@ pub fn render(world: &World, settings: &LocalSettings, record: &RecordSettings, 
     let lights: Vec<Rgb> = run.install(|| {
         (0..points.len())
             .into_par_iter()
-            .map(|i| unshadowed(world, points.p[i], points.ng[i], points.ns[i], settings.light_samples, &Sobol::new(seed, Stream::Direct, i as u64)))
+            .map(|i| {
+                unshadowed(
+                    world,
+                    points.p[i],
+                    points.ng[i],
+                    points.ns[i],
+                    settings.light_samples,
+                    &Sobol::new(seed, Stream::Direct, i as u64),
+                )
+            })
             .collect()
     });
     let ambient: Vec<Rgb> = if settings.correction {
@@ -166,6 +217,13 @@ pub fn render(world: &World, settings: &LocalSettings, record: &RecordSettings, 
     film.set_rgb("direct", &samples.reflect(&lights));
     film.set_rgb("indirect", &samples.reflect(&ambient));
     film.set_rgb("irradiance", &samples.mean(&ambient));
-    let stats = [("shading_points", serde_json::json!(points.len())), ("elements", settings.elements.into())];
-    Ok(Rendered { film, stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(), ..Rendered::default() })
+    let stats = [
+        ("shading_points", serde_json::json!(points.len())),
+        ("elements", settings.elements.into()),
+    ];
+    Ok(Rendered {
+        film,
+        stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
+        ..Rendered::default()
+    })
 }

@@ -1,4 +1,5 @@
-//! Where a method took its samples of indirect light: cluster centres, cache records. One list for the picture, the file and the counts.
+//! Where a method took its samples of indirect light: cluster centres, cache records. One list for
+//! the picture, the file and the counts.
 
 use std::path::Path;
 
@@ -43,7 +44,8 @@ impl Locations {
         marks
     }
 
-    /// Writes them as binary PLY: `x y z nx ny nz radius irradiance_r irradiance_g irradiance_b`, and `red green blue` for viewers.
+    /// Writes them as binary PLY: `x y z nx ny nz radius irradiance_r irradiance_g irradiance_b`,
+    /// and `red green blue` for viewers.
     ///
     /// # Errors
     /// [`crate::error::Error::Io`] when the system refuses.
@@ -69,8 +71,26 @@ impl Locations {
             let ([x, y, z], [nx, ny, nz]) = (self.p[i].to_array(), self.n[i].to_array());
             let [irradiance_r, irradiance_g, irradiance_b] = self.irradiance[i].to_array();
             let [red, green, blue] = ply::colour(self.irradiance[i], scale);
-            Row { x, y, z, nx, ny, nz, radius: self.radius[i], irradiance_r, irradiance_g, irradiance_b, red, green, blue }
+            Row {
+                x,
+                y,
+                z,
+                nx,
+                ny,
+                nz,
+                radius: self.radius[i],
+                irradiance_r,
+                irradiance_g,
+                irradiance_b,
+                red,
+                green,
+                blue,
+            }
         };
-        ply::write(path, vec!["nearfar sample locations".into()], (0..self.len()).map(row).collect())
+        ply::write(
+            path,
+            vec!["nearfar sample locations".into()],
+            (0..self.len()).map(row).collect(),
+        )
     }
 }

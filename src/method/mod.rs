@@ -1,4 +1,5 @@
-//! The methods, siblings that never import one another, and what they share: [`stage`] before them, [`Rendered`] after.
+//! The methods, siblings that never import one another, and what they share: [`stage`] before them,
+//! [`Rendered`] after.
 
 pub mod cache;
 pub mod converge;
@@ -27,13 +28,15 @@ pub enum Method {
     Decomposition,
     /// Irradiance caching: few records, extrapolated and blended.
     IrradianceCache,
-    /// Final gathering through the proxy at every point: what decomposition and caching can at best reach.
+    /// Final gathering through the proxy at every point: what decomposition and caching can at best
+    /// reach.
     Gather,
     /// Unidirectional path tracing: the ground truth.
     Path,
     /// Gathered from surface elements: no ray for occlusion or indirect light.
     Points,
-    /// Hand-placed lights without shadows and a flat ambient term, corrected by the near surfaces: no ray but the camera's.
+    /// Hand-placed lights without shadows and a flat ambient term, corrected by the near surfaces:
+    /// no ray but the camera's.
     LocalCorrection,
     /// Direct light only.
     Direct,
@@ -46,7 +49,8 @@ pub enum Method {
 pub struct Rendered {
     /// All layers.
     pub film: Film,
-    /// Statistics of the method (cells, photons, clusters, …), by the names of the statistics contract.
+    /// Statistics of the method (cells, photons, clusters, …), by the names of the statistics
+    /// contract.
     pub stats: serde_json::Map<String, serde_json::Value>,
     /// Where indirect light was sampled; empty for methods without such places.
     pub locations: locations::Locations,

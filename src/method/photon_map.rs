@@ -1,8 +1,9 @@
 //! `--method photon-map`: the proxy itself, seen directly.
 //!
-//! Every pixel shows the mean over its samples of `L = Le + B / π` of the cell side hit, or the background: what a far ray of the
-//! decomposition sees, emission added. Cells show as facets, photon noise as blotches.
-//! Layers: beauty, `irradiance` (indirect, W·m⁻²), `albedo`, `cell.id` (at the pixel centre, −1 for background).
+//! Every pixel shows the mean over its samples of `L = Le + B / π` of the cell side hit, or the
+//! background: what a far ray of the decomposition sees, emission added. Cells show as facets,
+//! photon noise as blotches. Layers: beauty, `irradiance` (indirect, W·m⁻²), `albedo`, `cell.id`
+//! (at the pixel centre, −1 for background).
 
 use std::path::Path;
 
@@ -21,11 +22,19 @@ use crate::sampling::{Sobol, Stream};
 use crate::shading::World;
 use crate::tessellate::{Cells, Side};
 
-/// Renders the proxy made of cells no longer than `near_cell` (scene units) with the samples of `record`.
+/// Renders the proxy made of cells no longer than `near_cell` (scene units) with the samples of
+/// `record`.
 ///
 /// # Errors
 /// For settings out of range, [`crate::error::Error::Interrupted`].
-pub fn render(world: &World, near_cell: f32, settings: &PhotonSettings, record: &RecordSettings, seed: u64, run: &Run) -> Result<Rendered> {
+pub fn render(
+    world: &World,
+    near_cell: f32,
+    settings: &PhotonSettings,
+    record: &RecordSettings,
+    seed: u64,
+    run: &Run,
+) -> Result<Rendered> {
     let cells = run.install(|| Cells::new(&world.geometry, near_cell))?;
     let (proxy, stats) = solve(world, &cells, settings, seed, run)?;
     let (width, height) = (world.camera.width, world.camera.height);
@@ -40,10 +49,15 @@ pub fn render(world: &World, near_cell: f32, settings: &PhotonSettings, record: 
                 }
                 let row = (0..width)
                     .map(|x| {
-                        let sobol = Sobol::new(seed, Stream::Camera, u64::from(y) * u64::from(width) + u64::from(x));
+                        let sobol = Sobol::new(
+                            seed,
+                            Stream::Camera,
+                            u64::from(y) * u64::from(width) + u64::from(x),
+                        );
                         let mut sum = [Rgb::ZERO; 3];
                         for i in 0..spp {
-                            let pixel = glam::Vec2::new(x as f32, y as f32) + filter.position(sobol.sample_2d(i, 0));
+                            let pixel = glam::Vec2::new(x as f32, y as f32)
+                                + filter.position(sobol.sample_2d(i, 0));
                             let dir = world.camera.direction(pixel);
                             let Some(s) = world.closest(&Ray::new(world.camera.eye, dir)) else {
                                 sum[0] += world.lights.background(dir);
@@ -87,16 +101,29 @@ pub fn render(world: &World, near_cell: f32, settings: &PhotonSettings, record: 
         ("cell_sides", stats.sides.into()),
         ("starved_cell_sides", stats.starved.into()),
     ];
-    Ok(Rendered { film, stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(), ..Rendered::default() })
+    Ok(Rendered {
+        film,
+        stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
+        ..Rendered::default()
+    })
 }
 
-/// Traces the photons of [`render`] again, the same for the same seed, and writes them as binary PLY: `x y z`, the direction they travelled in
-/// (`incident_x incident_y incident_z`), their share of the flux in W (`flux_r flux_g flux_b`), `cell` and `back` (1 where they hit the back of it),
+/// Traces the photons of [`render`] again, the same for the same seed, and writes them as binary
+/// PLY: `x y z`, the direction they travelled in (`incident_x incident_y incident_z`), their share
+/// of the flux in W (`flux_r flux_g flux_b`), `cell` and `back` (1 where they hit the back of it),
 /// and `red green blue` for viewers.
 ///
 /// # Errors
-/// [`crate::error::Error::Io`] when the system refuses, [`crate::error::Error::Interrupted`], cells that do not fit memory.
-pub fn write_photons(world: &World, near_cell: f32, settings: &PhotonSettings, seed: u64, path: &Path, run: &Run) -> Result<()> {
+/// [`crate::error::Error::Io`] when the system refuses, [`crate::error::Error::Interrupted`], cells
+/// that do not fit memory.
+pub fn write_photons(
+    world: &World,
+    near_cell: f32,
+    settings: &PhotonSettings,
+    seed: u64,
+    path: &Path,
+    run: &Run,
+) -> Result<()> {
     #[derive(Serialize)]
     struct Row {
         x: f32,
@@ -118,10 +145,31 @@ pub fn write_photons(world: &World, near_cell: f32, settings: &PhotonSettings, s
     let photons = trace(world, &cells, settings.count, seed, run)?.photons;
     let scale = ply::colour_scale(photons.iter().map(|p| p.flux));
     let rows = photons.iter().map(|p| {
-        let ([x, y, z], [incident_x, incident_y, incident_z]) = (p.position.to_array(), p.incident.to_array());
-        let ([flux_r, flux_g, flux_b], [red, green, blue]) = (p.flux.to_array(), ply::colour(p.flux, scale));
+        let ([x, y, z], [incident_x, incident_y, incident_z]) =
+            (p.position.to_array(), p.incident.to_array());
+        let ([flux_r, flux_g, flux_b], [red, green, blue]) =
+            (p.flux.to_array(), ply::colour(p.flux, scale));
         let back = u8::from(p.side() == Side::Back);
-        Row { x, y, z, incident_x, incident_y, incident_z, flux_r, flux_g, flux_b, cell: p.cell(), back, red, green, blue }
+        Row {
+            x,
+            y,
+            z,
+            incident_x,
+            incident_y,
+            incident_z,
+            flux_r,
+            flux_g,
+            flux_b,
+            cell: p.cell(),
+            back,
+            red,
+            green,
+            blue,
+        }
     });
-    ply::write(path, vec!["nearfar photons".into(), "flux in W, its share of all paths".into()], rows.collect())
+    ply::write(
+        path,
+        vec!["nearfar photons".into(), "flux in W, its share of all paths".into()],
+        rows.collect(),
+    )
 }

@@ -1,10 +1,13 @@
-//! `--method points`: direct light, and indirect light gathered from surface elements; no ray for occlusion or indirect light.
+//! `--method points`: direct light, and indirect light gathered from surface elements; no ray for
+//! occlusion or indirect light.
 //!
 //! ```text
 //! image = direct + albedo · (E_elements + sky · open) / π          at the shading points of pass 1
 //! ```
-//! The cloud is baked first ([`crate::points::bake`]) or read. Rays: the camera's, shadow rays of direct light at camera samples and, while baking, at
-//! elements. Layers beside the usual: `occlusion` (0 to 1), `bent.X/Y/Z` (mean open direction), `open` (share of the sky that is seen).
+//! The cloud is baked first ([`crate::points::bake`]) or read. Rays: the camera's, shadow rays of
+//! direct light at camera samples and, while baking, at elements. Layers beside the usual:
+//! `occlusion` (0 to 1), `bent.X/Y/Z` (mean open direction), `open` (share of the sky that is
+//! seen).
 //! Cost  a gather per shading point (about 1.1 a pixel).
 
 use glam::Vec3;
@@ -14,7 +17,10 @@ use super::Rendered;
 use super::stage::Inputs;
 use crate::error::Result;
 use crate::math::{Frame, Ray};
-use crate::points::{Cloud, Gathered, Hierarchy, PointsSettings, ProxyInputs, Receiver, Receivers, accessibility, bake, gather_all, gather_some};
+use crate::points::{
+    Cloud, Gathered, Hierarchy, PointsSettings, ProxyInputs, Receiver, Receivers, accessibility,
+    bake, gather_all, gather_some,
+};
 use crate::radiometry::Rgb;
 use crate::record::{CameraSamples, ShadingPoints, camera_samples};
 use crate::run::{RayKind, Run};
@@ -59,15 +65,30 @@ impl PointLayers {
 ///
 /// # Errors
 /// For settings out of range, [`crate::error::Error::Interrupted`].
-pub fn gather_picture(world: &World, cloud: &Cloud, tree: &Hierarchy, settings: &PointsSettings, inputs: Inputs<'_>, run: &Run) -> Result<PointLayers> {
+pub fn gather_picture(
+    world: &World,
+    cloud: &Cloud,
+    tree: &Hierarchy,
+    settings: &PointsSettings,
+    inputs: Inputs<'_>,
+    run: &Run,
+) -> Result<PointLayers> {
     settings.validate()?;
     inputs.record.validate()?;
     let samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
     let at = receivers(&samples.points, settings, inputs.seed);
     let (gathered, gathers) = match accessibility(tree, cloud, world.diagonal, settings, run)? {
-        Some(weights) => (gather_all(tree, settings, Some(&weights), &at, &world.lights.sky, "gather", run)?, at.len()),
+        Some(weights) => (
+            gather_all(tree, settings, Some(&weights), &at, &world.lights.sky, "gather", run)?,
+            at.len(),
+        ),
         None => {
-            let receivers = Receivers { at: &at, pixel: &samples.points.pixel, footprint: &samples.points.footprint, width: samples.width };
+            let receivers = Receivers {
+                at: &at,
+                pixel: &samples.points.pixel,
+                footprint: &samples.points.footprint,
+                width: samples.width,
+            };
             gather_some(tree, settings, receivers, &world.lights.sky, run)?
         }
     };
@@ -78,8 +99,19 @@ pub fn gather_picture(world: &World, cloud: &Cloud, tree: &Hierarchy, settings: 
 ///
 /// # Errors
 /// As [`bake`] and [`gather_picture`].
-pub fn render(world: &World, settings: &PointsSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
-    let cloud = bake(world, settings, ProxyInputs { near_cell: inputs.near_cell, photon: inputs.photon }, inputs.seed, run)?;
+pub fn render(
+    world: &World,
+    settings: &PointsSettings,
+    inputs: Inputs<'_>,
+    run: &Run,
+) -> Result<Rendered> {
+    let cloud = bake(
+        world,
+        settings,
+        ProxyInputs { near_cell: inputs.near_cell, photon: inputs.photon },
+        inputs.seed,
+        run,
+    )?;
     render_cloud(world, &cloud, settings, inputs, run)
 }
 
@@ -87,17 +119,31 @@ pub fn render(world: &World, settings: &PointsSettings, inputs: Inputs<'_>, run:
 ///
 /// # Errors
 /// As [`gather_picture`]; clouds without elements.
-pub fn render_cloud(world: &World, cloud: &Cloud, settings: &PointsSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+pub fn render_cloud(
+    world: &World,
+    cloud: &Cloud,
+    settings: &PointsSettings,
+    inputs: Inputs<'_>,
+    run: &Run,
+) -> Result<Rendered> {
     let tree = {
         let _phase = run.phase("tree", 1);
         run.install(|| Hierarchy::new(cloud, settings.hitsides))?
     };
     let layers = gather_picture(world, cloud, &tree, settings, inputs, run)?;
     let sky = &world.lights.sky;
-    let irradiance: Vec<Rgb> = layers.gathered.iter().map(|g| g.irradiance + g.from_sky(sky)).collect();
+    let irradiance: Vec<Rgb> =
+        layers.gathered.iter().map(|g| g.irradiance + g.from_sky(sky)).collect();
     let mut film = layers.samples.compose(&irradiance);
     film.set("occlusion", layers.layer(|g| Rgb::splat(g.occlusion)).iter().map(|c| c.x).collect());
-    film.set("open", layers.layer(|g| Rgb::splat(g.open * std::f32::consts::FRAC_1_PI)).iter().map(|c| c.x).collect());
+    film.set(
+        "open",
+        layers
+            .layer(|g| Rgb::splat(g.open * std::f32::consts::FRAC_1_PI))
+            .iter()
+            .map(|c| c.x)
+            .collect(),
+    );
     film.set_xyz("bent", &layers.layer(|g| g.bent_normal));
     let stats = [
         ("elements", serde_json::json!(cloud.len())),
@@ -105,14 +151,26 @@ pub fn render_cloud(world: &World, cloud: &Cloud, settings: &PointsSettings, inp
         ("gathers", layers.gathers.into()),
         ("bytes_per_element", (tree.bytes() / tree.len()).into()),
     ];
-    Ok(Rendered { film, stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(), ..Rendered::default() })
+    Ok(Rendered {
+        film,
+        stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
+        ..Rendered::default()
+    })
 }
 
-/// Occlusion at the points by `rays` cosine rays each, with the distances and the fall-off of `settings`: what the points are compared with.
+/// Occlusion at the points by `rays` cosine rays each, with the distances and the fall-off of
+/// `settings`: what the points are compared with.
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
-pub fn traced_occlusion(world: &World, points: &ShadingPoints, settings: &PointsSettings, rays: u32, seed: u64, run: &Run) -> Result<Vec<f32>> {
+pub fn traced_occlusion(
+    world: &World,
+    points: &ShadingPoints,
+    settings: &PointsSettings,
+    rays: u32,
+    seed: u64,
+    run: &Run,
+) -> Result<Vec<f32>> {
     let phase = run.phase("traced", points.len() as u64);
     let out = run.install(|| {
         (0..points.len())
@@ -126,7 +184,8 @@ pub fn traced_occlusion(world: &World, points: &ShadingPoints, settings: &Points
                 let frame = Frame::from_normal(points.ns[i]);
                 let mut sum = 0.0f64;
                 for r in 0..rays {
-                    let wi: Vec3 = frame.world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 0)));
+                    let wi: Vec3 =
+                        frame.world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 0)));
                     if wi.dot(points.ng[i]) <= 0.0 {
                         sum += 1.0;
                         continue;
@@ -135,7 +194,10 @@ pub fn traced_occlusion(world: &World, points: &ShadingPoints, settings: &Points
                     sum += if settings.falloff == 0.0 {
                         f64::from(u8::from(world.rays.occluded(&ray)))
                     } else {
-                        world.rays.closest(&ray).map_or(0.0, |hit| f64::from(settings.weight(hit.t)))
+                        world
+                            .rays
+                            .closest(&ray)
+                            .map_or(0.0, |hit| f64::from(settings.weight(hit.t)))
                     };
                 }
                 run.rays.add(RayKind::Sample, u64::from(rays));

@@ -4,16 +4,21 @@
 //! E_i = 1/n Σ_r B(h_ir),   B_j = ⟨ρ E_direct⟩_j + ⟨ρ⟩_j E_j            h_ir: side hit by cosine ray r of side i; the sky counts π·L
 //! ```
 //!
-//! Ray hits do not depend on light, so every ray is shot once, its hit remembered, and the linear system is swept to convergence
-//! afterwards at the price of one look-up per ray and sweep `[CohenWallace93]` §5.3 (Jacobi). Photons give the first guess.
+//! Ray hits do not depend on light, so every ray is shot once, its hit remembered, and the linear
+//! system is swept to convergence afterwards at the price of one look-up per ray and sweep
+//! `[CohenWallace93]` §5.3 (Jacobi). Photons give the first guess.
 //!
-//! Only what the picture can see is solved. Round 0: rays from a lattice of pixels, and cosine rays from where they land. Every side they
-//! hit is gathered in round 1, the sides these rays hit in round 2, and so on; what no ray reached keeps its photon estimate.
-//! Rays start at the points where earlier rays hit the side, so area buried in other surfaces, which nothing sees, does not count.
+//! Only what the picture can see is solved. Round 0: rays from a lattice of pixels, and cosine rays
+//! from where they land. Every side they hit is gathered in round 1, the sides these rays hit in
+//! round 2, and so on; what no ray reached keeps its photon estimate. Rays start at the points
+//! where earlier rays hit the side, so area buried in other surfaces, which nothing sees, does not
+//! count.
 //!
 //! Inputs  [`World`], [`Cells`]. Output  [`Links`]; irradiance per gathered side.
-//! Guarantee  bit-identical for any thread count: rounds are lists in fixed order, a sweep reads only the one before.
-//! Not        unbiased: the bias of noise is zero only for sides whose light does not return to them; it falls with `gather_rays`.
+//! Guarantee  bit-identical for any thread count: rounds are lists in fixed order, a sweep reads
+//!            only the one before.
+//! Not        unbiased: the bias of noise is zero only for sides whose light does not return to
+//!            them; it falls with `gather_rays`.
 //! Cost  `gather_rays` rays and 4 B each per reached side; half of them from round 2 on.
 
 use glam::Vec3;
@@ -70,7 +75,8 @@ pub(super) struct Links {
     hits: Vec<u32>,
     /// Σ π L over the rays of each that met the map of the sky; empty without one.
     from_map: Vec<Rgb>,
-    /// Where rays met the gathered sides, at most [`POINTS`] each, and where those of each begin; one more at the end.
+    /// Where rays met the gathered sides, at most [`POINTS`] each, and where those of each begin;
+    /// one more at the end.
     landings: Vec<Landing>,
     first_landing: Vec<u32>,
     /// Place in `sides` by 2 · cell + side; [`NONE`] where no ray arrived, [`EARLIER`].
@@ -95,14 +101,22 @@ struct Shooter<'a> {
 }
 
 impl Shooter<'_> {
-    /// Hits of `rays` cosine rays from one side, starting in turn at `starts`, and what a map of the sky sends along them.
-    fn shoot(&self, starts: &[Landing], rays: u32, sobol: &Sobol, mut put: impl FnMut(u32, Option<Landing>, Rgb)) {
+    /// Hits of `rays` cosine rays from one side, starting in turn at `starts`, and what a map of
+    /// the sky sends along them.
+    fn shoot(
+        &self,
+        starts: &[Landing],
+        rays: u32,
+        sobol: &Sobol,
+        mut put: impl FnMut(u32, Option<Landing>, Rgb),
+    ) {
         let geometry = &self.world.geometry;
         for i in 0..rays {
             let at = starts[i as usize % starts.len()];
             let sign = if at.side & 1 == 0 { 1.0 } else { -1.0 };
             let s = geometry.surface(at.triangle, at.u, at.v);
-            let wi = Frame::from_normal(s.ns * sign).world_from_local(sample_cosine_hemisphere(sobol.sample_2d(i, 0)));
+            let wi = Frame::from_normal(s.ns * sign)
+                .world_from_local(sample_cosine_hemisphere(sobol.sample_2d(i, 0)));
             if wi.dot(s.ng) * sign <= 0.0 {
                 put(NOTHING, None, Rgb::ZERO);
                 continue;
@@ -118,17 +132,28 @@ impl Shooter<'_> {
     fn land(&self, ray: &Ray) -> Option<Landing> {
         let hit = self.world.rays.closest(ray)?;
         let back = self.world.geometry.face_normals[hit.triangle as usize].dot(ray.dir) > 0.0;
-        Some(Landing { side: 2 * self.cells.find(hit.triangle, hit.u, hit.v) + u32::from(back), triangle: hit.triangle, u: hit.u, v: hit.v })
+        Some(Landing {
+            side: 2 * self.cells.find(hit.triangle, hit.u, hit.v) + u32::from(back),
+            triangle: hit.triangle,
+            u: hit.u,
+            v: hit.v,
+        })
     }
 
-    /// What lattices of pixels see and what lies around there; many views share √views times the pixels of one.
+    /// What lattices of pixels see and what lies around there; many views share √views times the
+    /// pixels of one.
     fn round_zero(&self, views: &[Camera]) -> Vec<Landing> {
         let pixels = LATTICE_PIXELS / (views.len() as f32).sqrt();
-        views.iter().enumerate().flat_map(|(i, view)| self.look(view, pixels, (i as u64) << 41)).collect()
+        views
+            .iter()
+            .enumerate()
+            .flat_map(|(i, view)| self.look(view, pixels, (i as u64) << 41))
+            .collect()
     }
 
     fn look(&self, camera: &Camera, pixels: f32, key: u64) -> Vec<Landing> {
-        let step = ((camera.width as f32 * camera.height as f32 / pixels).sqrt().ceil() as u32).max(1);
+        let step =
+            ((camera.width as f32 * camera.height as f32 / pixels).sqrt().ceil() as u32).max(1);
         let rows = camera.height.div_ceil(step);
         let row = |j: u32| {
             let mut out = Vec::new();
@@ -137,22 +162,30 @@ impl Shooter<'_> {
             for x in (step / 2..camera.width.max(step / 2 + 1)).step_by(step as usize) {
                 let pixel = glam::Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
                 rays += 1;
-                let Some(seen) = self.land(&Ray::new(camera.eye, camera.direction(pixel))) else { continue };
+                let Some(seen) = self.land(&Ray::new(camera.eye, camera.direction(pixel))) else {
+                    continue;
+                };
                 out.push(seen);
-                let sobol = Sobol::new(self.seed, Stream::Link, key | (1 << 40) | u64::from(y * camera.width + x));
+                let sobol = Sobol::new(
+                    self.seed,
+                    Stream::Link,
+                    key | (1 << 40) | u64::from(y * camera.width + x),
+                );
                 rays += u64::from(LATTICE_RAYS);
                 self.shoot(&[seen], LATTICE_RAYS, &sobol, |_, landing, _| out.extend(landing));
             }
             self.run.rays.add(RayKind::Sample, rays);
             out
         };
-        let rows: Vec<Vec<Landing>> = self.run.install(|| (0..rows).into_par_iter().map(row).collect());
+        let rows: Vec<Vec<Landing>> =
+            self.run.install(|| (0..rows).into_par_iter().map(row).collect());
         rows.into_iter().flatten().collect()
     }
 }
 
 impl Links {
-    /// Shoots all rays (phase `gather`) that `views` ask for, but from sides `reached` before. `live` tells by 2 · cell + side what reflects and can be seen.
+    /// Shoots all rays (phase `gather`) that `views` ask for, but from sides `reached` before.
+    /// `live` tells by 2 · cell + side what reflects and can be seen.
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
@@ -173,7 +206,12 @@ impl Links {
         let (mut landings, mut arrived) = (shooter.round_zero(views), Vec::new());
         for round in 1..=settings.gather_rounds {
             run.check()?;
-            let next = links.round(&shooter, &landings, settings.gather_rays.div_ceil(if round == 1 { 1 } else { 2 }), phase)?;
+            let next = links.round(
+                &shooter,
+                &landings,
+                settings.gather_rays.div_ceil(if round == 1 { 1 } else { 2 }),
+                phase,
+            )?;
             arrived.append(&mut landings);
             landings = next;
         }
@@ -183,26 +221,43 @@ impl Links {
     }
 
     /// Gathers every new side among `landings`; returns where its rays went.
-    fn round(&mut self, shooter: &Shooter<'_>, landings: &[Landing], rays: u32, phase: &Phase<'_>) -> Result<Vec<Landing>> {
-        let mut landings: Vec<Landing> = landings.iter().filter(|l| self.place[l.side as usize] == NONE && (shooter.live)(l.side)).copied().collect();
+    fn round(
+        &mut self,
+        shooter: &Shooter<'_>,
+        landings: &[Landing],
+        rays: u32,
+        phase: &Phase<'_>,
+    ) -> Result<Vec<Landing>> {
+        let mut landings: Vec<Landing> = landings
+            .iter()
+            .filter(|l| self.place[l.side as usize] == NONE && (shooter.live)(l.side))
+            .copied()
+            .collect();
         shooter.run.install(|| landings.par_sort_by_key(|l| l.side));
         let groups: Vec<&[Landing]> = landings.chunk_by(|a, b| a.side == b.side).collect();
         let blocks: Vec<(Vec<u32>, Vec<Landing>, Vec<Rgb>)> = shooter.run.install(|| {
             groups
                 .par_chunks(BLOCK)
                 .map(|groups| {
-                    let (mut hits, mut next, mut maps) = (Vec::with_capacity(groups.len() * rays as usize), Vec::new(), Vec::new());
+                    let (mut hits, mut next, mut maps) =
+                        (Vec::with_capacity(groups.len() * rays as usize), Vec::new(), Vec::new());
                     if shooter.run.cancelled() {
                         return (hits, next, maps);
                     }
                     for starts in groups {
-                        let sobol = Sobol::new(shooter.seed, Stream::Link, u64::from(starts[0].side));
+                        let sobol =
+                            Sobol::new(shooter.seed, Stream::Link, u64::from(starts[0].side));
                         let mut from_map = Rgb::ZERO;
-                        shooter.shoot(&starts[..starts.len().min(POINTS)], rays, &sobol, |hit, landing, sky| {
-                            hits.push(hit);
-                            from_map += sky * std::f32::consts::PI;
-                            next.extend(landing);
-                        });
+                        shooter.shoot(
+                            &starts[..starts.len().min(POINTS)],
+                            rays,
+                            &sobol,
+                            |hit, landing, sky| {
+                                hits.push(hit);
+                                from_map += sky * std::f32::consts::PI;
+                                next.extend(landing);
+                            },
+                        );
                         if shooter.world.lights.sky.has_map() {
                             maps.push(from_map);
                         }
@@ -239,7 +294,10 @@ impl Links {
         for i in 1..room.len() {
             room[i] += room[i - 1];
         }
-        self.landings = vec![Landing { side: NONE, triangle: 0, u: 0.0, v: 0.0 }; room[self.sides.len()] as usize];
+        self.landings = vec![
+            Landing { side: NONE, triangle: 0, u: 0.0, v: 0.0 };
+            room[self.sides.len()] as usize
+        ];
         let mut next = room.clone();
         for l in arrived.iter().filter(gathered) {
             let i = self.place[l.side as usize] as usize;
@@ -255,7 +313,10 @@ impl Links {
     pub fn landings(&self, side: u32) -> &[Landing] {
         match self.place[side as usize] {
             NONE | EARLIER => &[],
-            i => &self.landings[self.first_landing[i as usize] as usize..self.first_landing[i as usize + 1] as usize],
+            i => {
+                &self.landings[self.first_landing[i as usize] as usize
+                    ..self.first_landing[i as usize + 1] as usize]
+            }
         }
     }
 
@@ -274,18 +335,32 @@ impl Links {
         self.sides.len()
     }
 
-    /// Sweeps until the irradiance rests, at most `sweeps` times. By 2 · cell + side: `direct` is ⟨ρ E_direct⟩, `albedo` ⟨ρ⟩, `irradiance` the
-    /// first guess, replaced where gathered. `sky` is the constant sky's radiance; a map's was found with the rays.
-    pub fn solve(&self, direct: &[Rgb], albedo: &[Rgb], irradiance: &mut [Rgb], sky: Rgb, sweeps: u32, run: &Run) -> Result<Swept> {
+    /// Sweeps until the irradiance rests, at most `sweeps` times. By 2 · cell + side: `direct` is
+    /// ⟨ρ E_direct⟩, `albedo` ⟨ρ⟩, `irradiance` the first guess, replaced where gathered. `sky` is
+    /// the constant sky's radiance; a map's was found with the rays.
+    pub fn solve(
+        &self,
+        direct: &[Rgb],
+        albedo: &[Rgb],
+        irradiance: &mut [Rgb],
+        sky: Rgb,
+        sweeps: u32,
+        run: &Run,
+    ) -> Result<Swept> {
         let mut swept = Swept::default();
         let sky = sky * std::f32::consts::PI;
-        let mut radiosity: Vec<Rgb> = (0..direct.len()).map(|i| direct[i] + albedo[i] * irradiance[i]).collect();
+        let mut radiosity: Vec<Rgb> =
+            (0..direct.len()).map(|i| direct[i] + albedo[i] * irradiance[i]).collect();
         while swept.sweeps < sweeps {
             run.check()?;
             let blocks: Vec<Vec<Rgb>> = run.install(|| {
                 (0..self.len().div_ceil(BLOCK))
                     .into_par_iter()
-                    .map(|block| (block * BLOCK..self.len().min((block + 1) * BLOCK)).map(|i| self.gather(i, &radiosity, sky)).collect())
+                    .map(|block| {
+                        (block * BLOCK..self.len().min((block + 1) * BLOCK))
+                            .map(|i| self.gather(i, &radiosity, sky))
+                            .collect()
+                    })
                     .collect()
             });
             let (mut change, mut whole) = (0.0, 0.0);

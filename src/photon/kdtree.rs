@@ -1,11 +1,16 @@
-//! Points in a balanced kd-tree: the k nearest, or all within a radius, under a metric of the caller's.
+//! Points in a balanced kd-tree: the k nearest, or all within a radius, under a metric of the
+//! caller's.
 //!
-//! The tree is implicit: a range of the array is a node, its middle the median along the longest axis of the range's box, the halves its
-//! children; ranges of at most [`LEAF`] points are scanned. Own code and not a crate, because queries need a *squashed* metric with
-//! rejection inside the search (a point that fails the normal test must not count towards k), which the kept crates do not offer.
+//! The tree is implicit: a range of the array is a node, its middle the median along the longest
+//! axis of the range's box, the halves its children; ranges of at most [`LEAF`] points are scanned.
+//! Own code and not a crate, because queries need a *squashed* metric with rejection inside the
+//! search (a point that fails the normal test must not count towards k), which the kept crates do
+//! not offer.
 //!
-//! The caller's distance must be at least the Euclidean one (so boxes can be pruned), or infinite to reject a point.
-//! Guarantees  exact results; ties broken by index, so they do not depend on threads. Cost  17 B per point; build O(n log n) in parallel.
+//! The caller's distance must be at least the Euclidean one (so boxes can be pruned), or infinite
+//! to reject a point.
+//! Guarantees  exact results; ties broken by index, so they do not depend on threads. Cost  17 B
+//!             per point; build O(n log n) in parallel.
 
 use glam::Vec3;
 
@@ -71,7 +76,8 @@ impl KdTree {
         self.points.is_empty()
     }
 
-    /// Calls `visit(index, offset)` for every point within Euclidean distance `radius` of `center`; `offset` = point − centre.
+    /// Calls `visit(index, offset)` for every point within Euclidean distance `radius` of `center`;
+    /// `offset` = point − centre.
     pub fn within(&self, center: Vec3, radius: f32, mut visit: impl FnMut(u32, Vec3)) {
         let r2 = radius * radius;
         let mut stack = [(0usize, 0usize); 64];
@@ -106,14 +112,23 @@ impl KdTree {
         }
     }
 
-    /// The up to `k` nearest points closer than `radius`, nearest first, into `found` as (squared distance, index).
-    /// `distance_squared(index, offset)` is at least the Euclidean square, or infinite to reject.
-    pub fn nearest(&self, center: Vec3, k: usize, radius: f32, found: &mut Vec<(f32, u32)>, distance_squared: impl Fn(u32, Vec3) -> f32) {
+    /// The up to `k` nearest points closer than `radius`, nearest first, into `found` as (squared
+    /// distance, index). `distance_squared(index, offset)` is at least the Euclidean square, or
+    /// infinite to reject.
+    pub fn nearest(
+        &self,
+        center: Vec3,
+        k: usize,
+        radius: f32,
+        found: &mut Vec<(f32, u32)>,
+        distance_squared: impl Fn(u32, Vec3) -> f32,
+    ) {
         found.clear();
         if k == 0 {
             return;
         }
-        let mut query = Nearest { tree: self, center, k, limit: radius * radius, found, distance_squared };
+        let mut query =
+            Nearest { tree: self, center, k, limit: radius * radius, found, distance_squared };
         query.node(0, self.points.len());
         found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
@@ -143,8 +158,13 @@ impl<F: Fn(u32, Vec3) -> f32> Nearest<'_, F> {
             return;
         }
         let middle = start + (end - start) / 2;
-        let along = self.tree.points[middle][self.tree.axis[middle] as usize] - self.center[self.tree.axis[middle] as usize];
-        let (first, second) = if along > 0.0 { ((start, middle), (middle + 1, end)) } else { ((middle + 1, end), (start, middle)) };
+        let along = self.tree.points[middle][self.tree.axis[middle] as usize]
+            - self.center[self.tree.axis[middle] as usize];
+        let (first, second) = if along > 0.0 {
+            ((start, middle), (middle + 1, end))
+        } else {
+            ((middle + 1, end), (start, middle))
+        };
         self.node(first.0, first.1);
         if along * along <= self.limit {
             self.point(middle);
@@ -227,7 +247,9 @@ mod tests {
     #[test]
     fn large_tree_is_balanced_and_complete() {
         let n = 100_000u32;
-        let tree = KdTree::new((0..n).map(|i| Vec3::new((i % 317) as f32, (i % 101) as f32, (i % 7) as f32)));
+        let tree = KdTree::new(
+            (0..n).map(|i| Vec3::new((i % 317) as f32, (i % 101) as f32, (i % 7) as f32)),
+        );
         let mut count = 0;
         tree.within(Vec3::ZERO, 1e6, |_, _| count += 1);
         assert_eq!(count, n);

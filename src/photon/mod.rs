@@ -4,9 +4,11 @@
 //! B(cell, side) = ⟨ρ · E_direct⟩ + ⟨ρ⟩ · E_indirect          ⟨·⟩: mean over the cell, B radiosity, W·m⁻²
 //! ```
 //!
-//! `E_direct` (sun, lamps, emitters; not the sky) is computed by shadow rays at stratified points of the cell; `E_indirect` (everything
-//! else, the sky's own light included) comes from rays between the cells, started from photons, or from photons alone. So photons of
-//! the sky are stored from their first hit on, those of other lights from their second. Emission counts zero `[Jensen96]`.
+//! `E_direct` (sun, lamps, emitters; not the sky) is computed by shadow rays at stratified points
+//! of the cell; `E_indirect` (everything else, the sky's own light included) comes from rays
+//! between the cells, started from photons, or from photons alone. So photons of the sky are stored
+//! from their first hit on, those of other lights from their second. Emission counts zero
+//! `[Jensen96]`.
 //!
 //! | File | Job |
 //! |---|---|
@@ -21,10 +23,12 @@
 //! | `radiosity` | [`solve`]: the estimates, direct light, albedo |
 //! | `proxy` | [`Proxy`]: what a ray is told |
 //!
-//! Guarantees: bit-identical for any thread count. Photon estimates divide flux by the area it was counted on, so no energy is lost as a
-//! whole. Not guaranteed: that the part which is seen gets its share. Area buried in other surfaces takes part in the mean of `cells` and
-//! `density` and darkens the rest, and both blur over about k photons; `gather` starts its rays where others arrived and has neither
-//! fault, but in every estimate a cell has one value a side, its direct light a mean over all of the cell.
+//! Guarantees: bit-identical for any thread count. Photon estimates divide flux by the area it was
+//! counted on, so no energy is lost as a whole. Not guaranteed: that the part which is seen gets
+//! its share. Area buried in other surfaces takes part in the mean of `cells` and `density` and
+//! darkens the rest, and both blur over about k photons; `gather` starts its rays where others
+//! arrived and has neither fault, but in every estimate a cell has one value a side, its direct
+//! light a mean over all of the cell.
 
 mod gather;
 mod kdtree;

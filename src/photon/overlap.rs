@@ -1,12 +1,14 @@
 //! Area of a triangle inside a sphere: the surface that a density estimate really covered.
 //!
-//! The sphere cuts the triangle's plane in a disc; the disc's overlap with the triangle is the sum over the edges of the signed overlap
-//! of the disc with the triangle (disc centre, edge start, edge end): a triangle where the edge runs inside, sectors where it runs
-//! outside. Exact up to rounding, in f64.
+//! The sphere cuts the triangle's plane in a disc; the disc's overlap with the triangle is the sum
+//! over the edges of the signed overlap of the disc with the triangle (disc centre, edge start,
+//! edge end): a triangle where the edge runs inside, sectors where it runs outside. Exact up to
+//! rounding, in f64.
 
 use glam::{DVec2, DVec3, Vec3};
 
-/// Area of triangle `corners` (relative to the sphere's centre) inside the sphere of radius `radius`.
+/// Area of triangle `corners` (relative to the sphere's centre) inside the sphere of radius
+/// `radius`.
 pub(super) fn triangle_in_sphere(corners: [Vec3; 3], radius: f32) -> f64 {
     let c = corners.map(Vec3::as_dvec3);
     let n = (c[1] - c[0]).cross(c[2] - c[0]);
@@ -30,7 +32,8 @@ fn sector(a: DVec2, b: DVec2, r2: f64) -> f64 {
     0.5 * r2 * a.perp_dot(b).atan2(a.dot(b))
 }
 
-/// Signed area of the disc of squared radius `r2` around the origin inside the triangle (origin, a, b).
+/// Signed area of the disc of squared radius `r2` around the origin inside the triangle (origin, a,
+/// b).
 fn edge(a: DVec2, b: DVec2, r2: f64) -> f64 {
     let d = b - a;
     let dd = d.length_squared();
@@ -76,7 +79,8 @@ mod tests {
     fn equals_monte_carlo() {
         let mut rng = Rng::new(5, Stream::Test, 0, 0);
         for _ in 0..50 {
-            let mut point = || Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) * 2.0 - Vec3::ONE;
+            let mut point =
+                || Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) * 2.0 - Vec3::ONE;
             let [a, b, c] = [point(), point(), point()];
             let r = 0.2 + rng.next_f32();
             let n = 20_000;

@@ -1,11 +1,13 @@
 //! Cell sides summed into patches of doubling size: regions of any radius at bounded cost.
 //!
-//! A patch is what lies in one box of a grid and faces one of 24 sectors (cube face, quadrant). Level l has boxes of edge `edge · 2^l` and
-//! is made of the patches of level l − 1. A region of radius r sums the patches of the level whose boxes are r/3 that agree in
-//! normal and lie in the squashed ball, with weight 1 − d²/r² on flux and area alike. So a query visits tens of patches whether the
-//! surface is one large cell or thousands of small ones.
+//! A patch is what lies in one box of a grid and faces one of 24 sectors (cube face, quadrant).
+//! Level l has boxes of edge `edge · 2^l` and is made of the patches of level l − 1. A region of
+//! radius r sums the patches of the level whose boxes are r/3 that agree in normal and lie in the
+//! squashed ball, with weight 1 − d²/r² on flux and area alike. So a query visits tens of patches
+//! whether the surface is one large cell or thousands of small ones.
 //!
-//! Guarantee  flux is divided by the area it was counted on; order fixed by sorting, so bits do not depend on threads.
+//! Guarantee  flux is divided by the area it was counted on; order fixed by sorting, so bits do not
+//!            depend on threads.
 //! Cost  about 60 B per patch, twice the first level in all; O(n log n) to build.
 
 use glam::Vec3;
@@ -85,14 +87,19 @@ fn merge(fine: &[Patch], origin: Vec3, edge: f32) -> (Vec<Patch>, Vec<u32>) {
                 sums.area += p.sums.area;
                 sums.photons += p.sums.photons;
             }
-            Patch { center: first.center + center / sums.area, normal: normal.normalize_or(first.normal), sums }
+            Patch {
+                center: first.center + center / sums.area,
+                normal: normal.normalize_or(first.normal),
+                sums,
+            }
         })
         .collect();
     (patches, patch_of)
 }
 
 impl Patches {
-    /// Levels for radii from `first_radius` to `cap`, from cell sides of positive area. Call inside the thread pool.
+    /// Levels for radii from `first_radius` to `cap`, from cell sides of positive area. Call inside
+    /// the thread pool.
     pub fn new(sides: &[Patch], first_radius: f32, cap: f32) -> Self {
         let origin = sides.iter().fold(Vec3::splat(f32::INFINITY), |o, p| o.min(p.center));
         let (mut levels, mut patch_of_side): (Vec<Level>, Vec<u32>) = Default::default();
@@ -116,12 +123,14 @@ impl Patches {
         &self.levels[0].patches
     }
 
-    /// Irradiance over the smallest region around a patch with at least `k` photons, else over the largest; and whether it had enough.
+    /// Irradiance over the smallest region around a patch with at least `k` photons, else over the
+    /// largest; and whether it had enough.
     pub fn irradiance(&self, patch: &Patch, k: u32, agreement: f32) -> (Vec3, bool) {
         let at = |level: usize| self.region(patch.center, patch.normal, level, agreement);
         let e = |r: Region| if r.area > 0.0 { r.flux / r.area } else { Vec3::ZERO };
         let last = self.levels.len() - 1;
-        // Dark and starved sides are common (outsides, roofs): the largest region first settles them at once.
+        // Dark and starved sides are common (outsides, roofs): the largest region first settles
+        // them at once.
         let widest = at(last);
         if widest.photons < k {
             return (e(widest), false);
@@ -129,7 +138,8 @@ impl Patches {
         (e((0..last).map(at).find(|r| r.photons >= k).unwrap_or(widest)), true)
     }
 
-    /// Weighted sums around `center` over patches of a level whose normal has at least cosine `agreement` with `n`.
+    /// Weighted sums around `center` over patches of a level whose normal has at least cosine
+    /// `agreement` with `n`.
     fn region(&self, center: Vec3, n: Vec3, level: usize, agreement: f32) -> Region {
         let radius = self.first_radius * (1u64 << level) as f32;
         let level = &self.levels[level];

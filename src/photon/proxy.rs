@@ -38,12 +38,23 @@ impl Proxy<'_> {
     /// One ray.
     pub fn incident(&self, world: &World, ray: &Ray) -> Incident {
         match world.rays.closest(ray) {
-            None => Incident { radiance: world.lights.sky.radiance(ray.dir.normalize_or_zero()), t: f32::INFINITY, cell: None, normal: Vec3::ZERO },
+            None => Incident {
+                radiance: world.lights.sky.radiance(ray.dir.normalize_or_zero()),
+                t: f32::INFINITY,
+                cell: None,
+                normal: Vec3::ZERO,
+            },
             Some(hit) => {
                 let cell = self.cells.find(hit.triangle, hit.u, hit.v);
                 let n = world.geometry.face_normals[hit.triangle as usize];
-                let (side, normal) = if n.dot(ray.dir) > 0.0 { (Side::Back, -n) } else { (Side::Front, n) };
-                Incident { radiance: self.radiosity.get(cell, side) * std::f32::consts::FRAC_1_PI, t: hit.t, cell: Some(cell), normal }
+                let (side, normal) =
+                    if n.dot(ray.dir) > 0.0 { (Side::Back, -n) } else { (Side::Front, n) };
+                Incident {
+                    radiance: self.radiosity.get(cell, side) * std::f32::consts::FRAC_1_PI,
+                    t: hit.t,
+                    cell: Some(cell),
+                    normal,
+                }
             }
         }
     }

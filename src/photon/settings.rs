@@ -8,12 +8,15 @@ use crate::error::{Error, Result};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Estimate {
-    /// Photons counted per cell and side over the cell's exact area; cells with too few are merged with their neighbours.
+    /// Photons counted per cell and side over the cell's exact area; cells with too few are merged
+    /// with their neighbours.
     Cells,
-    /// Cosine rays from every cell side that the picture can see to the others, solved as a linear system; the rest as `cells`.
+    /// Cosine rays from every cell side that the picture can see to the others, solved as a linear
+    /// system; the rest as `cells`.
     #[default]
     Gather,
-    /// k nearest photons around the centroid over the area of surface that lies inside their sphere.
+    /// k nearest photons around the centroid over the area of surface that lies inside their
+    /// sphere.
     Density,
 }
 
@@ -21,27 +24,33 @@ pub enum Estimate {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PhotonSettings {
-    /// Paths emitted, 1 to 2³¹. Default 200 000: with `gather` they are a first guess; give `cells` and
-    /// `density` 1 000 000. A path leaves about albedo/(1 − albedo) photons of 40 B.
+    /// Paths emitted, 1 to 2³¹. Default 200 000: with `gather` they are a first guess; give `cells`
+    /// and `density` 1 000 000. A path leaves about albedo/(1 − albedo) photons of 40 B.
     pub count: u32,
-    /// Photons that an estimate should rest on, 2 to 10 000; relative noise about 1/√neighbours. Default 32.
+    /// Photons that an estimate should rest on, 2 to 10 000; relative noise about 1/√neighbours.
+    /// Default 32.
     pub neighbours: u32,
     /// How photons become irradiance. Default `gather`.
     pub estimate: Estimate,
-    /// Largest radius photons are sought in, as a fraction of the scene's diagonal, in (0, 1]. Default 0.05. Where fewer photons lie
-    /// within it the estimate is noisier, not darker.
+    /// Largest radius photons are sought in, as a fraction of the scene's diagonal, in (0, 1].
+    /// Default 0.05. Where fewer photons lie within it the estimate is noisier, not darker.
     pub max_radius: f32,
-    /// Cosine of the largest angle between normals that share photons, in \[0, 1). Default 0.7 (45°).
+    /// Cosine of the largest angle between normals that share photons, in \[0, 1). Default 0.7
+    /// (45°).
     pub normal_agreement: f32,
-    /// `density` only: divide by the surface area inside the sphere instead of by that of a disc. Default true.
+    /// `density` only: divide by the surface area inside the sphere instead of by that of a disc.
+    /// Default true.
     pub boundary_correction: bool,
-    /// Shadow rays per cell side, 1 to 4096. Default 8. `gather` shoots one to sides that nothing reached.
+    /// Shadow rays per cell side, 1 to 4096. Default 8. `gather` shoots one to sides that nothing
+    /// reached.
     pub direct_samples: u32,
-    /// `gather` only: rays per cell side, 1 to 4096, half as many for sides the picture sees only by way of others. Default 16.
+    /// `gather` only: rays per cell side, 1 to 4096, half as many for sides the picture sees only
+    /// by way of others. Default 16.
     pub gather_rays: u32,
     /// `gather` only: rounds in which sides hit by the rays of others join in, 1 to 16. Default 3.
     pub gather_rounds: u32,
-    /// `gather` only: most sweeps over the linear system, 1 to 1000; fewer are done when one changes less than 0.1 %. Default 16.
+    /// `gather` only: most sweeps over the linear system, 1 to 1000; fewer are done when one
+    /// changes less than 0.1 %. Default 16.
     pub gather_sweeps: u32,
 }
 
@@ -77,7 +86,9 @@ impl PhotonSettings {
             ("photon.gather_sweeps", f64::from(self.gather_sweeps), 1.0, 1000.0),
         ];
         match ranges.into_iter().find(|&(_, value, low, high)| !(low..=high).contains(&value)) {
-            Some((key, value, low, high)) => Err(Error::setting(key, format!("{value} is not between {low} and {high}"))),
+            Some((key, value, low, high)) => {
+                Err(Error::setting(key, format!("{value} is not between {low} and {high}")))
+            }
             None => Ok(()),
         }
     }
@@ -90,10 +101,20 @@ mod tests {
     #[test]
     fn ranges_and_unknown_keys() {
         assert!(PhotonSettings::default().validate().is_ok());
-        for bad in ["count = 0", "neighbours = 1", "max_radius = nan", "max_radius = 0.0", "normal_agreement = 1.0", "direct_samples = 0"] {
+        for bad in [
+            "count = 0",
+            "neighbours = 1",
+            "max_radius = nan",
+            "max_radius = 0.0",
+            "normal_agreement = 1.0",
+            "direct_samples = 0",
+        ] {
             assert!(toml::from_str::<PhotonSettings>(bad).unwrap().validate().is_err(), "{bad}");
         }
         assert!(toml::from_str::<PhotonSettings>("photons = 3").is_err());
-        assert_eq!(toml::from_str::<PhotonSettings>("estimate = \"density\"").unwrap().estimate, Estimate::Density);
+        assert_eq!(
+            toml::from_str::<PhotonSettings>("estimate = \"density\"").unwrap().estimate,
+            Estimate::Density
+        );
     }
 }

@@ -1,10 +1,13 @@
 //! Cells around a point that face the same way, with what lies on them.
 //!
-//! Distances are *squashed* along the normal N of the query: `d² = |D|² + 16 (D·N)²`, so a region is a flat disc-like ellipsoid that
-//! reaches a neighbouring parallel surface only when that is nearer than a quarter of its radius. Cell sides whose normal makes more than
-//! the agreed angle with N do not belong. With the side test exact (a photon knows the side it hit) these are the leak guards.
+//! Distances are *squashed* along the normal N of the query: `d² = |D|² + 16 (D·N)²`, so a region
+//! is a flat disc-like ellipsoid that reaches a neighbouring parallel surface only when that is
+//! nearer than a quarter of its radius. Cell sides whose normal makes more than the agreed angle
+//! with N do not belong. With the side test exact (a photon knows the side it hit) these are the
+//! leak guards.
 //!
-//! Inputs  [`Geometry`], [`Cells`], photons. Cost  17 B per cell of tree and 24 B of counts; a query visits the cells of its ball.
+//! Inputs  [`Geometry`], [`Cells`], photons. Cost  17 B per cell of tree and 24 B of counts; a
+//!         query visits the cells of its ball.
 
 use glam::Vec3;
 
@@ -47,15 +50,30 @@ pub(super) struct Region {
 }
 
 impl<'a> SurfaceIndex<'a> {
-    /// Sorts cells and photons. `area` is the existing area per cell; `normal_agreement` the least cosine between normals that share.
-    pub fn new(geometry: &'a Geometry, cells: &'a Cells, area: Vec<f32>, photons: &[Photon], normal_agreement: f32) -> Self {
+    /// Sorts cells and photons. `area` is the existing area per cell; `normal_agreement` the least
+    /// cosine between normals that share.
+    pub fn new(
+        geometry: &'a Geometry,
+        cells: &'a Cells,
+        area: Vec<f32>,
+        photons: &[Photon],
+        normal_agreement: f32,
+    ) -> Self {
         let mut flux = vec![Rgb::ZERO; 2 * cells.len()];
         let mut count = vec![0; 2 * cells.len()];
         for p in photons {
             flux[p.cell_side()] += p.flux;
             count[p.cell_side()] += 1;
         }
-        Self { geometry, cells, tree: KdTree::new(cells.centroids.iter().copied()), area, flux, count, normal_agreement }
+        Self {
+            geometry,
+            cells,
+            tree: KdTree::new(cells.centroids.iter().copied()),
+            area,
+            flux,
+            count,
+            normal_agreement,
+        }
     }
 
     /// Unit normal that a side of a cell faces.
@@ -87,15 +105,21 @@ impl<'a> SurfaceIndex<'a> {
         }
     }
 
-    /// Every side that can be seen and has area, as a patch; with the index 2 · cell + side of each.
+    /// Every side that can be seen and has area, as a patch; with the index 2 · cell + side of
+    /// each.
     pub(super) fn sides(&self) -> (Vec<Patch>, Vec<usize>) {
-        let (mut out, mut index) = (Vec::with_capacity(self.count.len()), Vec::with_capacity(self.count.len()));
+        let (mut out, mut index) =
+            (Vec::with_capacity(self.count.len()), Vec::with_capacity(self.count.len()));
         for cell in 0..self.cells.len() as CellId {
             let back = !self.cells.one_sided[cell as usize];
             for side in [Side::Front, Side::Back].into_iter().take(1 + usize::from(back)) {
                 let sums = self.own(cell, side);
                 if sums.area > 0.0 {
-                    out.push(Patch { center: self.cells.centroids[cell as usize], normal: self.normal(cell, side), sums });
+                    out.push(Patch {
+                        center: self.cells.centroids[cell as usize],
+                        normal: self.normal(cell, side),
+                        sums,
+                    });
                     index.push(2 * cell as usize + side as usize);
                 }
             }
@@ -120,7 +144,8 @@ impl<'a> SurfaceIndex<'a> {
             let stretched = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length() * 0.5;
             if whole > 0.0 && stretched > 0.0 {
                 let coverage = self.area[cell as usize] / whole;
-                sum += triangle_in_sphere(corners, radius) * f64::from(coverage * whole / stretched);
+                sum +=
+                    triangle_in_sphere(corners, radius) * f64::from(coverage * whole / stretched);
             }
         });
         sum as f32

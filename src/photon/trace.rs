@@ -1,14 +1,18 @@
 //! Photons: flux leaves the lights in proportion to power and is followed until it dies.
 //!
-//! At every hit the flux Φ that arrives is stored (for the sky from the first hit, for other lights from the second: their first is
-//! direct light). The photon goes on with probability `q = max(ρ Φ) / max(Φ)`, at most [`crate::radiometry::MAX_ALBEDO`] on surfaces
-//! without shading normals, and with flux `ρ Φ / q`: unbiased per channel while the largest channel never changes. It leaves by the
-//! cosine law on the side that was hit. Where shading and geometric normals differ, arriving flux is weighted by
-//! `(wi·ns) / (wi·ng)`, clamped to 4 (particles see the adjoint of the shading-normal surface `[Veach97]`).
+//! At every hit the flux Φ that arrives is stored (for the sky from the first hit, for other lights
+//! from the second: their first is direct light). The photon goes on with probability `q = max(ρ Φ)
+//! / max(Φ)`, at most [`crate::radiometry::MAX_ALBEDO`] on surfaces without shading normals, and
+//! with flux `ρ Φ / q`: unbiased per channel while the largest channel never changes. It leaves by
+//! the cosine law on the side that was hit. Where shading and geometric normals differ, arriving
+//! flux is weighted by `(wi·ns) / (wi·ng)`, clamped to 4 (particles see the adjoint of the
+//! shading-normal surface `[Veach97]`).
 //!
-//! Inputs  [`World`], count, seed. Output  photons in the order of their paths, flux for the whole count (already divided by it).
-//! Guarantee  bit-identical for any thread count: fixed blocks, ordered. Path i uses Sobol sample i of one sequence, so any
-//! power-of-two prefix of paths is stratified over lights, places and directions. Cost  about 1/(1 − ρ) rays a path.
+//! Inputs  [`World`], count, seed. Output  photons in the order of their paths, flux for the whole
+//!         count (already divided by it).
+//! Guarantee  bit-identical for any thread count: fixed blocks, ordered. Path i uses Sobol sample i
+//!            of one sequence, so any power-of-two prefix of paths is stratified over lights,
+//!            places and directions. Cost  about 1/(1 − ρ) rays a path.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -95,7 +99,10 @@ pub fn trace(world: &World, cells: &Cells, count: u32, seed: u64, run: &Run) -> 
             .collect()
     });
     run.check()?;
-    let mut all = Traced { photons: Vec::with_capacity(blocks.iter().map(|b| b.photons.len()).sum()), ..Traced::default() };
+    let mut all = Traced {
+        photons: Vec::with_capacity(blocks.iter().map(|b| b.photons.len()).sum()),
+        ..Traced::default()
+    };
     for block in blocks {
         all.photons.extend(block.photons);
         all.emitted_flux += block.emitted_flux;
@@ -107,7 +114,11 @@ pub fn trace(world: &World, cells: &Cells, count: u32, seed: u64, run: &Run) -> 
 fn follow(world: &World, cells: &Cells, path: u32, count: u32, seed: u64, out: &mut Traced) {
     let sobol = Sobol::new(seed, Stream::Photon, 0);
     let mut rng = Rng::new(seed, Stream::Photon, u64::from(path), 1);
-    let Some(emission) = world.lights.emit_photon(sobol.sample_1d(path, 0), sobol.sample_2d(path, 1), sobol.sample_2d(path, 2)) else {
+    let Some(emission) = world.lights.emit_photon(
+        sobol.sample_1d(path, 0),
+        sobol.sample_2d(path, 1),
+        sobol.sample_2d(path, 2),
+    ) else {
         return;
     };
     let mut flux = emission.flux / count as f32;
@@ -118,14 +129,24 @@ fn follow(world: &World, cells: &Cells, path: u32, count: u32, seed: u64, out: &
         out.rays += 1;
         let Some(s) = world.closest(&ray) else { return };
         let incident = ray.dir.normalize();
-        let weight = if s.ns == s.ng { 1.0 } else { (-incident.dot(s.ns)).max(0.0) / (-incident.dot(s.ng)).max(1e-4) };
+        let weight = if s.ns == s.ng {
+            1.0
+        } else {
+            (-incident.dot(s.ns)).max(0.0) / (-incident.dot(s.ng)).max(1e-4)
+        };
         flux *= weight.min(MAX_ADJOINT_WEIGHT);
         let before = flux.max_element();
         if before <= 0.0 || !before.is_finite() {
             return;
         }
         if stores {
-            out.photons.push(Photon::new(s.p, flux, incident, cells.find(s.triangle, s.u, s.v), s.side));
+            out.photons.push(Photon::new(
+                s.p,
+                flux,
+                incident,
+                cells.find(s.triangle, s.u, s.v),
+                s.side,
+            ));
         }
         stores = true;
         let (roulette, direction) = if bounce < STRATIFIED_BOUNCES {
@@ -138,6 +159,9 @@ fn follow(world: &World, cells: &Cells, path: u32, count: u32, seed: u64, out: &
             return;
         }
         flux *= s.albedo / survival;
-        ray = s.ray(Frame::from_normal(s.ng).world_from_local(sample_cosine_hemisphere(direction)), world.diagonal);
+        ray = s.ray(
+            Frame::from_normal(s.ng).world_from_local(sample_cosine_hemisphere(direction)),
+            world.diagonal,
+        );
     }
 }

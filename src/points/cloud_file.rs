@@ -1,12 +1,16 @@
-//! Clouds as files: binary little-endian PLY that MeshLab and Blender open, with the names of RenderMan's point clouds.
+//! Clouds as files: binary little-endian PLY that MeshLab and Blender open, with the names of
+//! RenderMan's point clouds.
 //!
-//! One element `vertex` with `x y z nx ny nz _area`, the byte `_one_sided`, then three floats `NAME_r NAME_g NAME_b` for every channel, then `red green blue`
-//! (bytes; the first channel at a brightness fit for looking at). Reading takes any binary little-endian PLY whose first element is
-//! `vertex`, in any order of properties: positions and normals are needed, `_area` or a `radius` as well; `_one_sided` is 0 where it is missing; triples `NAME_r…` become
-//! channels, the rest is passed over.
+//! One element `vertex` with `x y z nx ny nz _area`, the byte `_one_sided`, then three floats
+//! `NAME_r NAME_g NAME_b` for every channel, then `red green blue` (bytes; the first channel at a
+//! brightness fit for looking at). Reading takes any binary little-endian PLY whose first element
+//! is `vertex`, in any order of properties: positions and normals are needed, `_area` or a `radius`
+//! as well; `_one_sided` is 0 where it is missing; triples `NAME_r…` become channels, the rest is
+//! passed over.
 //!
-//! Guarantees  what is written is read back bit for bit; a file is written whole or not at all; sizes are checked before allocating;
-//!             areas and positions that are not finite, or not positive areas, are errors that name the element.
+//! Guarantees  what is written is read back bit for bit; a file is written whole or not at all;
+//!             sizes are checked before allocating; areas and positions that are not finite, or not
+//!             positive areas, are errors that name the element.
 //! Cost    28 B an element and 12 B a channel, streamed in both directions.
 
 use std::fs::File;
@@ -55,10 +59,14 @@ fn write(path: &Path, cloud: &Cloud, comments: &[String]) -> std::io::Result<()>
     }
     writeln!(out, "end_header")?;
     let shown = cloud.channels.first().map(|c| c.values.as_slice());
-    let mean = shown.map_or(0.0, |v| v.iter().map(|c| f64::from(c.element_sum() / 3.0)).sum::<f64>() / v.len().max(1) as f64);
+    let mean = shown.map_or(0.0, |v| {
+        v.iter().map(|c| f64::from(c.element_sum() / 3.0)).sum::<f64>() / v.len().max(1) as f64
+    });
     let scale = if mean > 0.0 { (0.2 / mean) as f32 } else { 1.0 };
     for i in 0..cloud.len() {
-        for value in cloud.p[i].to_array().into_iter().chain(cloud.n[i].to_array()).chain([cloud.area[i]]) {
+        for value in
+            cloud.p[i].to_array().into_iter().chain(cloud.n[i].to_array()).chain([cloud.area[i]])
+        {
             out.write_all(&value.to_le_bytes())?;
         }
         out.write_all(&[u8::from(cloud.one_sided[i])])?;
@@ -68,7 +76,9 @@ fn write(path: &Path, cloud: &Cloud, comments: &[String]) -> std::io::Result<()>
             }
         }
         let colour = shown.map_or(Rgb::splat(0.6), |v| v[i] * scale);
-        out.write_all(&colour.to_array().map(|v| (v.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0 + 0.5) as u8))?;
+        out.write_all(
+            &colour.to_array().map(|v| (v.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0 + 0.5) as u8),
+        )?;
     }
     out.into_inner().map_err(std::io::IntoInnerError::into_error)?.sync_all()
 }
@@ -76,7 +86,8 @@ fn write(path: &Path, cloud: &Cloud, comments: &[String]) -> std::io::Result<()>
 /// Reads a cloud.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be opened or read, [`Error::Input`] when it is no such file, cut short or holds impossible values.
+/// [`Error::Io`] when the file cannot be opened or read, [`Error::Input`] when it is no such file,
+/// cut short or holds impossible values.
 pub fn read_cloud(path: &Path) -> Result<Cloud> {
     let io = |source| Error::Io { path: path.into(), source };
     let bad = |line: Option<usize>, message: String| Error::input(path, line, message);
@@ -85,16 +96,31 @@ pub fn read_cloud(path: &Path) -> Result<Cloud> {
     let mut input = BufReader::with_capacity(1 << 20, file);
     let header = header(&mut input).map_err(|(line, message)| bad(line, message))?;
     if header.row as u64 * header.count as u64 > length {
-        return Err(bad(None, format!("is cut short: {} elements of {} B do not fit {length} B", header.count, header.row)));
+        return Err(bad(
+            None,
+            format!(
+                "is cut short: {} elements of {} B do not fit {length} B",
+                header.count, header.row
+            ),
+        ));
     }
     let find = |name: &str| header.properties.iter().find(|p| p.name == name);
-    let need = |name: &str| find(name).ok_or_else(|| bad(None, format!("has no property \"{name}\"; bake it with `nearfar bake`")));
+    let need = |name: &str| {
+        find(name).ok_or_else(|| {
+            bad(None, format!("has no property \"{name}\"; bake it with `nearfar bake`"))
+        })
+    };
     let place = [need("x")?, need("y")?, need("z")?];
     let normal = [need("nx")?, need("ny")?, need("nz")?];
     let (area, is_radius) = match (find("_area"), find("radius")) {
         (Some(p), _) => (p, false),
         (None, Some(p)) => (p, true),
-        _ => return Err(bad(None, "has no property \"_area\" (nor \"radius\"); bake it with `nearfar bake`".into())),
+        _ => {
+            return Err(bad(
+                None,
+                "has no property \"_area\" (nor \"radius\"); bake it with `nearfar bake`".into(),
+            ));
+        }
     };
     let one_sided = find("_one_sided");
     let channels: Vec<(&str, [&Property; 3])> = header
@@ -110,16 +136,33 @@ pub fn read_cloud(path: &Path) -> Result<Cloud> {
         n: Vec::with_capacity(header.count),
         area: Vec::with_capacity(header.count),
         one_sided: Vec::with_capacity(header.count),
-        channels: channels.iter().map(|(name, _)| Channel { name: (*name).into(), values: Vec::with_capacity(header.count) }).collect(),
+        channels: channels
+            .iter()
+            .map(|(name, _)| Channel {
+                name: (*name).into(),
+                values: Vec::with_capacity(header.count),
+            })
+            .collect(),
     };
     let mut row = vec![0u8; header.row];
     let triple = |row: &[u8], of: &[&Property; 3]| Vec3::from_array(of.map(|p| p.read(row)));
     for i in 0..header.count {
-        input.read_exact(&mut row).map_err(|e| if e.kind() == std::io::ErrorKind::UnexpectedEof { bad(None, "is cut short".into()) } else { io(e) })?;
+        input.read_exact(&mut row).map_err(|e| {
+            if e.kind() == std::io::ErrorKind::UnexpectedEof {
+                bad(None, "is cut short".into())
+            } else {
+                io(e)
+            }
+        })?;
         let (p, n, size) = (triple(&row, &place), triple(&row, &normal), area.read(&row));
         let size = if is_radius { std::f32::consts::PI * size * size } else { size };
         if !(p.is_finite() && size.is_finite() && size > 0.0) {
-            return Err(bad(None, format!("element {i} (counted from 0) has position {p} and area {size}: both must be finite, and the area positive")));
+            return Err(bad(
+                None,
+                format!(
+                    "element {i} (counted from 0) has position {p} and area {size}: both must be finite, and the area positive"
+                ),
+            ));
         }
         // A unit normal keeps its bits.
         let n = if (n.length_squared() - 1.0).abs() < 1e-4 { n } else { n.normalize_or_zero() };
@@ -133,7 +176,10 @@ pub fn read_cloud(path: &Path) -> Result<Cloud> {
         for ((name, of), channel) in channels.iter().zip(&mut cloud.channels) {
             let value = triple(&row, of);
             if !value.is_finite() {
-                return Err(bad(None, format!("element {i} (counted from 0): \"{name}\" is not finite")));
+                return Err(bad(
+                    None,
+                    format!("element {i} (counted from 0): \"{name}\" is not finite"),
+                ));
             }
             channel.values.push(value);
         }
@@ -169,7 +215,12 @@ mod tests {
         assert_eq!(read_cloud(&path).unwrap(), cloud);
         let text = std::fs::read(&path).unwrap();
         let header = String::from_utf8_lossy(&text[..600]).into_owned();
-        for line in ["comment two\n", "property float _area\n", "property float _radiosity_g\n", "property uchar red\n"] {
+        for line in [
+            "comment two\n",
+            "property float _area\n",
+            "property float _radiosity_g\n",
+            "property uchar red\n",
+        ] {
             assert!(header.contains(line), "{line} in {header}");
         }
         std::fs::remove_file(&path).unwrap();
@@ -184,9 +235,18 @@ mod tests {
             text.rsplit("wrong.ply").next().unwrap().to_owned()
         };
         assert_eq!(error(b"hello\n"), ":1: is not a PLY file");
-        assert_eq!(error(b"ply\nformat ascii 1.0\n"), ":2: format \"ascii\" cannot be read; convert it to binary_little_endian");
-        assert_eq!(error(b"ply\nelement vertex 3\nproperty float x\n"), ":4: the header has no end");
-        assert_eq!(error(b"ply\nelement vertex 1\nproperty uchar x\nend_header\n1"), ": has no property \"y\"; bake it with `nearfar bake`");
+        assert_eq!(
+            error(b"ply\nformat ascii 1.0\n"),
+            ":2: format \"ascii\" cannot be read; convert it to binary_little_endian"
+        );
+        assert_eq!(
+            error(b"ply\nelement vertex 3\nproperty float x\n"),
+            ":4: the header has no end"
+        );
+        assert_eq!(
+            error(b"ply\nelement vertex 1\nproperty uchar x\nend_header\n1"),
+            ": has no property \"y\"; bake it with `nearfar bake`"
+        );
         write_cloud(&path, &cloud, &[]).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         assert!(error(&bytes[..bytes.len() / 2]).starts_with(": is cut short"));

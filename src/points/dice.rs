@@ -3,14 +3,17 @@
 //! ```text
 //! a = Σ A_t / N (or 1 / density)        pieces of triangle t: the count of (j + ½) a in its stretch of the running sum of areas
 //! ```
-//! A triangle of k pieces is laid in rows between its shortest edge and the corner across, about as high as a piece is wide; rows hold
-//! whole numbers of pieces and are cut evenly: k pieces of exactly A/k, without gaps or overlaps, and the strata of whatever is sampled
-//! on them. Triangles smaller than a piece are taken by systematic sampling along the order of triangles; a piece then also carries the
-//! area of those that were passed over.
+//! A triangle of k pieces is laid in rows between its shortest edge and the corner across, about as
+//! high as a piece is wide; rows hold whole numbers of pieces and are cut evenly: k pieces of
+//! exactly A/k, without gaps or overlaps, and the strata of whatever is sampled on them. Triangles
+//! smaller than a piece are taken by systematic sampling along the order of triangles; a piece then
+//! also carries the area of those that were passed over.
 //!
 //! Input   [`Geometry`], [`Density`]. Output  [`Piece`]s in the order of triangles.
-//! Guarantees  Σ areas is the surface's up to rounding; exactly ⌊N⌉ pieces up to one; the result depends on nothing else.
-//! Not     blue noise: pieces of one triangle form a regular pattern. Cost  O(triangles + pieces), 32 B a piece.
+//! Guarantees  Σ areas is the surface's up to rounding; exactly ⌊N⌉ pieces up to one; the result
+//!             depends on nothing else.
+//! Not     blue noise: pieces of one triangle form a regular pattern. Cost  O(triangles + pieces),
+//!         32 B a piece.
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -27,7 +30,8 @@ pub enum Density {
     PerArea(f64),
 }
 
-/// A part of a triangle: between two lines parallel to its shortest edge, and two through the corner across.
+/// A part of a triangle: between two lines parallel to its shortest edge, and two through the
+/// corner across.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
     /// The triangle.
@@ -67,7 +71,10 @@ pub fn dice(geometry: &Geometry, density: Density) -> Result<Vec<Piece>> {
         Density::PerArea(d) => ("points.density", d * total),
     };
     if !(count >= 1.0 && count <= MAX_ELEMENTS as f64) {
-        return Err(Error::setting(key, format!("asks for {count:.0} elements; between 1 and {MAX_ELEMENTS} are possible")));
+        return Err(Error::setting(
+            key,
+            format!("asks for {count:.0} elements; between 1 and {MAX_ELEMENTS} are possible"),
+        ));
     }
     let piece_area = total / count.round();
     let (mut run, mut carried, mut plan) = (0.0f64, 0.0f64, Vec::<(u32, u32, f64)>::new());
@@ -85,7 +92,14 @@ pub fn dice(geometry: &Geometry, density: Density) -> Result<Vec<Piece>> {
     }
     match plan.last_mut() {
         Some((_, k, area)) => *area += carried / f64::from(*k),
-        None => return Err(Error::setting(key, format!("asks for {count:.0} elements, which the surface is too small for; ask for more"))),
+        None => {
+            return Err(Error::setting(
+                key,
+                format!(
+                    "asks for {count:.0} elements, which the surface is too small for; ask for more"
+                ),
+            ));
+        }
     }
     let blocks: Vec<Vec<Piece>> = plan
         .par_chunks(256)
@@ -94,11 +108,18 @@ pub fn dice(geometry: &Geometry, density: Density) -> Result<Vec<Piece>> {
             for &(triangle, k, area) in chunk {
                 let c = geometry.corners(triangle);
                 let length = |i: usize| c[i].distance(c[(i + 1) % 3]);
-                let shortest = (1..3).fold(0, |best, i| if length(i) < length(best) { i } else { best });
+                let shortest =
+                    (1..3).fold(0, |best, i| if length(i) < length(best) { i } else { best });
                 let own = geometry.area(triangle);
                 let rows = 2.0 * own / length(shortest) / (own / k as f32).sqrt();
                 rows_of(k, rows.round().clamp(1.0, k as f32) as u32, &mut |along, across| {
-                    out.push(Piece { triangle, apex: (shortest as u8 + 2) % 3, along, across, area: area as f32 });
+                    out.push(Piece {
+                        triangle,
+                        apex: (shortest as u8 + 2) % 3,
+                        along,
+                        across,
+                        area: area as f32,
+                    });
                 });
             }
             out
@@ -131,12 +152,23 @@ mod tests {
 
     fn geometry(positions: Vec<Vec3>) -> Geometry {
         let n = positions.len() as u32 / 3;
-        let mesh = Mesh { positions, triangles: (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(), materials: vec![0; n as usize], ..Mesh::default() };
-        Geometry::new(&Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Scene::default() })
+        let mesh = Mesh {
+            positions,
+            triangles: (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            materials: vec![0; n as usize],
+            ..Mesh::default()
+        };
+        Geometry::new(&Scene {
+            meshes: vec![mesh],
+            materials: vec![Material::default()],
+            ..Scene::default()
+        })
     }
 
     fn corners(g: &Geometry, piece: &Piece) -> [Vec3; 4] {
-        [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y].map(|u| piece.at(u)).map(|b| g.surface(piece.triangle, b.x, b.y).p)
+        [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y]
+            .map(|u| piece.at(u))
+            .map(|b| g.surface(piece.triangle, b.x, b.y).p)
     }
 
     fn area(g: &Geometry, piece: &Piece) -> f32 {
@@ -156,7 +188,8 @@ mod tests {
             let whole: f64 = (0..g.len() as u32).map(|t| f64::from(g.area(t))).sum();
             let sum: f64 = pieces.iter().map(|p| f64::from(p.area)).sum();
             prop_assert!((sum / whole - 1.0).abs() < 1e-4, "{} {}", sum, whole);
-            // Where the pieces of a triangle tile it, they are equal; more than one triangle may be carried only by one piece.
+            // Where the pieces of a triangle tile it, they are equal; more than one triangle may be
+            // carried only by one piece.
             for t in 0..g.len() as u32 {
                 let mine: Vec<&Piece> = pieces.iter().filter(|p| p.triangle == t).collect();
                 let tiled: f32 = mine.iter().map(|p| area(&g, p)).sum();
@@ -170,7 +203,8 @@ mod tests {
 
     #[test]
     fn small_triangles_get_their_share() {
-        // A strip of 1000 small triangles and one large one of the same area in all: half of the elements each.
+        // A strip of 1000 small triangles and one large one of the same area in all: half of the
+        // elements each.
         let mut points = Vec::new();
         for i in 0..1000 {
             let o = Vec3::new(i as f32 * 0.05, 0.0, 0.0);
@@ -181,7 +215,10 @@ mod tests {
         let pieces = dice(&g, Density::Elements(100)).unwrap();
         let large = pieces.iter().filter(|p| p.triangle == 1000).count();
         assert!(large.abs_diff(50) <= 1 && pieces.len() == 100, "{large} of {}", pieces.len());
-        assert!(dice(&g, Density::Elements(0)).is_err() && dice(&g, Density::PerArea(f64::NAN)).is_err());
+        assert!(
+            dice(&g, Density::Elements(0)).is_err()
+                && dice(&g, Density::PerArea(f64::NAN)).is_err()
+        );
         assert_eq!(dice(&g, Density::PerArea(50.0)).unwrap().len(), 100);
     }
 
@@ -193,7 +230,8 @@ mod tests {
             let c = corners(&g, piece);
             (0..4).map(|i| c[i].distance_squared(c[(i + 1) % 4])).fold(0.0, f32::max) / piece.area
         };
-        // 1 for a square; only those in the sharp corner, narrower than a piece is wide, must be long.
+        // 1 for a square; only those in the sharp corner, narrower than a piece is wide, must be
+        // long.
         let mean = pieces.iter().map(slenderness).sum::<f32>() / pieces.len() as f32;
         let most = pieces.iter().map(slenderness).fold(0.0, f32::max);
         assert!(mean < 1.6 && most < 60.0, "mean {mean}, most {most}");

@@ -1,7 +1,8 @@
 //! Surface elements: the discs that stand for a surface, with whatever is baked on them.
 //!
-//! A disc has a position, a unit normal and an area A (radius √(A/π)). It is two-sided: the front is the side that the normal faces.
-//! Channels are colours per element. Those that the gather knows:
+//! A disc has a position, a unit normal and an area A (radius √(A/π)). It is two-sided: the front
+//! is the side that the normal faces. Channels are colours per element. Those that the gather
+//! knows:
 //!
 //! | Channel | |
 //! |---|---|
@@ -49,8 +50,8 @@ impl Cloud {
     /// Channel of the light that leaves the backs.
     pub const RADIOSITY_BACK: &'static str = "_radiosity_back";
 
-    /// The elements of the pieces of a geometry, and the piece each came from: centres of the pieces; of masked pieces the part that
-    /// exists, where there is any.
+    /// The elements of the pieces of a geometry, and the piece each came from: centres of the
+    /// pieces; of masked pieces the part that exists, where there is any.
     pub fn from_pieces(geometry: &Geometry, pieces: &[Piece]) -> (Self, Vec<u32>) {
         use rayon::prelude::*;
         let masks = geometry.masks();
@@ -59,8 +60,13 @@ impl Cloud {
             .map(|piece| {
                 let (mut center, mut share) = (piece.at(Vec2::splat(0.5)), 1.0);
                 if let Some(masks) = &masks {
-                    let stratum = |i: u32| piece.at((Vec2::new((i % MASK_SIDE) as f32, (i / MASK_SIDE) as f32) + 0.5) / MASK_SIDE as f32);
-                    let inside = (0..MASK_SIDE * MASK_SIDE).map(stratum).filter(|b| masks.exists(piece.triangle, b.x, b.y));
+                    let stratum = |i: u32| {
+                        piece.at((Vec2::new((i % MASK_SIDE) as f32, (i / MASK_SIDE) as f32) + 0.5)
+                            / MASK_SIDE as f32)
+                    };
+                    let inside = (0..MASK_SIDE * MASK_SIDE)
+                        .map(stratum)
+                        .filter(|b| masks.exists(piece.triangle, b.x, b.y));
                     let (count, sum) = inside.fold((0u32, Vec2::ZERO), |(n, s), b| (n + 1, s + b));
                     if count == 0 {
                         return None;
@@ -72,7 +78,8 @@ impl Cloud {
                 Some((s.p, s.ng, piece.area * share))
             })
             .collect();
-        let topology = geometry.sides_of_mesh.contains(&Sides::Auto).then(|| analyze_topology(geometry));
+        let topology =
+            geometry.sides_of_mesh.contains(&Sides::Auto).then(|| analyze_topology(geometry));
         let one_sided = |t: usize| match geometry.sides_of_mesh[geometry.mesh_of[t] as usize] {
             Sides::One => true,
             Sides::Two => false,

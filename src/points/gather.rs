@@ -5,12 +5,14 @@
 //! solid angle  Ω = a(−w)/d²  (groups),  A |n·w| / (d² + ¾ r²)  (elements: exact on the axis of a disc to 1 % from d = 2 r on)
 //! nearer than 9 r an element is tested direction by direction as a soft disc
 //! ```
-//! Groups and elements wait in buckets of distance, a quarter of an octave of d² each, so that what is nearer fills the raster first and
-//! groups behind full directions are not opened. The receiver sees the side of an element that faces it.
+//! Groups and elements wait in buckets of distance, a quarter of an octave of d² each, so that what
+//! is nearer fills the raster first and groups behind full directions are not opened. The receiver
+//! sees the side of an element that faces it.
 //!
-//! Input   [`Hierarchy`], [`PointsSettings`]; per receiver position, geometric and shading normal. Output  [`Gathered`].
-//! Guarantees  no ray: nothing here knows of any; finite at any distance, zero included; elements in or below the receiver's plane do
-//!             not count; the same for any number of threads.
+//! Input   [`Hierarchy`], [`PointsSettings`]; per receiver position, geometric and shading normal.
+//!         Output  [`Gathered`].
+//! Guarantees  no ray: nothing here knows of any; finite at any distance, zero included; elements
+//!             in or below the receiver's plane do not count; the same for any number of threads.
 //! Not         visibility finer than the raster; light and shade finer than the elements.
 //! Cost        about 20 ns a group looked at, O(1/maxsolidangle + log elements) groups.
 
@@ -41,9 +43,11 @@ const ELEMENT: u32 = 1 << 31;
 const WHOLE: u32 = 1 << 30;
 /// Mean normals longer than this are those of a plane.
 pub(super) const PLANAR: f32 = 0.98;
-/// Elements nearer than this many radii are tested direction by direction. Measured in a corner of a box: with 3, 3 % stay open, with 9, 1 %.
+/// Elements nearer than this many radii are tested direction by direction. Measured in a corner of
+/// a box: with 3, 3 % stay open, with 9, 1 %.
 const NEAR: f32 = 9.0;
-/// Elements that rise above the receiver's plane by less than this share of their radius do not count.
+/// Elements that rise above the receiver's plane by less than this share of their radius do not
+/// count.
 const LEVEL: f32 = 1e-3;
 
 /// Gathers; one for every thread.
@@ -117,9 +121,13 @@ pub(super) fn seen(node: &Node, a: &Appearance, w: Vec3) -> Option<Seen> {
 impl<'a> Gather<'a> {
     /// For receivers of the tree.
     pub fn new(tree: &'a Hierarchy, settings: &'a PointsSettings) -> Self {
-        let shape = Shape::new(settings.microbufres as usize, settings.coneangle.to_radians().cos().max(0.0));
+        let shape = Shape::new(
+            settings.microbufres as usize,
+            settings.coneangle.to_radians().cos().max(0.0),
+        );
         let size = 4.0 * tree.nodes[0].radius;
-        let first = ((size * size).max(f32::MIN_POSITIVE).to_bits() >> 21).saturating_sub(BUCKETS as u32 - 1);
+        let first = ((size * size).max(f32::MIN_POSITIVE).to_bits() >> 21)
+            .saturating_sub(BUCKETS as u32 - 1);
         Self {
             tree,
             settings,
@@ -129,7 +137,10 @@ impl<'a> Gather<'a> {
             waiting: Vec::new(),
             first,
             limit: settings.maxsolidangle * std::f32::consts::FRAC_1_PI,
-            level: settings.bias + LEVEL * (tree.appearances[0].total / (std::f32::consts::PI * tree.len() as f32)).sqrt(),
+            level: settings.bias
+                + LEVEL
+                    * (tree.appearances[0].total / (std::f32::consts::PI * tree.len() as f32))
+                        .sqrt(),
             reach: f32::INFINITY,
             visited: 0,
         }
@@ -144,13 +155,18 @@ impl<'a> Gather<'a> {
         self.heads[bucket] = self.waiting.len() as u32 - 1;
     }
 
-    /// Elements cover less the farther they are, from half of `reach` on, and nothing beyond it: nothing pops in.
+    /// Elements cover less the farther they are, from half of `reach` on, and nothing beyond it:
+    /// nothing pops in.
     pub fn fading(self, reach: f32) -> Self {
         Self { reach, ..self }
     }
 
     fn fade(&self, distance: f32) -> f32 {
-        if self.reach.is_infinite() { 1.0 } else { (2.0 - 2.0 * distance / self.reach).clamp(0.0, 1.0) }
+        if self.reach.is_infinite() {
+            1.0
+        } else {
+            (2.0 - 2.0 * distance / self.reach).clamp(0.0, 1.0)
+        }
     }
 
     /// Everything that the receiver sees.
@@ -158,7 +174,8 @@ impl<'a> Gather<'a> {
         self.under(r, None).0
     }
 
-    /// The same, and the irradiance of the open directions: `sky` is the radiance of a world-space direction.
+    /// The same, and the irradiance of the open directions: `sky` is the radiance of a world-space
+    /// direction.
     pub fn gather_under(&mut self, r: &Receiver, sky: &dyn Fn(Vec3) -> Rgb) -> (Gathered, Rgb) {
         self.under(r, Some(sky))
     }
@@ -189,7 +206,8 @@ impl<'a> Gather<'a> {
             }
         }
         let from_local = |w: Vec3| sky.map_or(Rgb::ZERO, |sky| sky(frame.world_from_local(w)));
-        let (mut result, from_sky) = self.raster.result(&self.shape, sky.is_some().then_some(&from_local));
+        let (mut result, from_sky) =
+            self.raster.result(&self.shape, sky.is_some().then_some(&from_local));
         result.bent_normal = frame.world_from_local(result.bent_normal);
         result.irradiance *= std::f32::consts::FRAC_1_PI / self.tree.scale;
         (result, from_sky)
@@ -207,7 +225,8 @@ impl<'a> Gather<'a> {
             let sin2 = mean.cross(r.ng).length_squared() * inverse;
             // Below what mean normals resolve, a plane is level.
             let sin = if sin2 < 4e-9 { 0.0 } else { sin2.min(1.0).sqrt() };
-            extent = extent.min(node.thickness * mean.dot(r.ng).abs() * inverse.sqrt() + node.radius * sin);
+            extent = extent
+                .min(node.thickness * mean.dot(r.ng).abs() * inverse.sqrt() + node.radius * sin);
         }
         let floor = self.level;
         if height + extent <= floor {
@@ -227,8 +246,15 @@ impl<'a> Gather<'a> {
         self.visited += 1;
         let node = &self.tree.nodes[id as usize];
         let Some((d2, whole)) = self.judge(node, r) else { return };
-        let from = if whole { d2 } else { (d2 - 2.0 * d2.sqrt() * node.radius + node.radius * node.radius).max(0.0) };
-        self.wait(if whole { id | WHOLE } else { id }, self.bucket(if d2 > node.radius * node.radius { from } else { 0.0 }).max(now));
+        let from = if whole {
+            d2
+        } else {
+            (d2 - 2.0 * d2.sqrt() * node.radius + node.radius * node.radius).max(0.0)
+        };
+        self.wait(
+            if whole { id | WHOLE } else { id },
+            self.bucket(if d2 > node.radius * node.radius { from } else { 0.0 }).max(now),
+        );
     }
 
     /// A group as one.
@@ -242,8 +268,17 @@ impl<'a> Gather<'a> {
         if local.z <= 0.0 || distance > self.settings.maxdist {
             return;
         }
-        if let Some(Seen { area, radiance, face }) = seen(node, &self.tree.appearances[id as usize], w) {
-            let splat = Splat { w: local, solid_angle: area / d2 * self.fade(distance), radiance, occlusion: self.settings.weight(distance), distance, face };
+        if let Some(Seen { area, radiance, face }) =
+            seen(node, &self.tree.appearances[id as usize], w)
+        {
+            let splat = Splat {
+                w: local,
+                solid_angle: area / d2 * self.fade(distance),
+                radiance,
+                occlusion: self.settings.weight(distance),
+                distance,
+                face,
+            };
             self.raster.splat(&self.shape, &splat);
         }
     }
@@ -254,7 +289,13 @@ impl<'a> Gather<'a> {
         let node = &tree.nodes[id as usize];
         let d = node.center - r.p;
         let distance = d.length();
-        if node.radius < 0.5 * distance && self.raster.is_full(&self.shape, frame.local_from_world(d / distance), 1.05 * node.radius / distance) {
+        if node.radius < 0.5 * distance
+            && self.raster.is_full(
+                &self.shape,
+                frame.local_from_world(d / distance),
+                1.05 * node.radius / distance,
+            )
+        {
             return;
         }
         if node.count == 0 {
@@ -272,7 +313,9 @@ impl<'a> Gather<'a> {
             }
             let cos = disc.n.get().dot(r.ng);
             let radius = (disc.area() * std::f32::consts::FRAC_1_PI).sqrt();
-            if d.dot(r.ng) + radius * (1.0 - cos * cos).max(0.0).sqrt() <= self.settings.bias + LEVEL * radius {
+            if d.dot(r.ng) + radius * (1.0 - cos * cos).max(0.0).sqrt()
+                <= self.settings.bias + LEVEL * radius
+            {
                 continue;
             }
             let bucket = self.bucket(d2);
@@ -294,7 +337,15 @@ impl<'a> Gather<'a> {
             let radiance = [0, 1].map(|side| there[side].then(|| disc.radiosity[side].get()));
             let settings = self.settings;
             let (local_d, local_n) = (frame.local_from_world(d), frame.local_from_world(n));
-            self.raster.disc(&self.shape, local_d, local_n, radius2.sqrt(), radiance, settings.maxdist, |t| settings.weight(t));
+            self.raster.disc(
+                &self.shape,
+                local_d,
+                local_n,
+                radius2.sqrt(),
+                radiance,
+                settings.maxdist,
+                |t| settings.weight(t),
+            );
             return;
         }
         let distance = d2.sqrt();
@@ -327,9 +378,21 @@ mod tests {
 
     fn geometry(quads: &[[Vec3; 4]]) -> Geometry {
         let positions: Vec<Vec3> = quads.iter().flatten().copied().collect();
-        let triangles = (0..quads.len() as u32).flat_map(|q| [[4 * q, 4 * q + 1, 4 * q + 2], [4 * q, 4 * q + 2, 4 * q + 3]]).collect();
-        let mesh = Mesh { positions, triangles, materials: vec![0; 2 * quads.len()], sides: Sides::Two, ..Mesh::default() };
-        Geometry::new(&Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Scene::default() })
+        let triangles = (0..quads.len() as u32)
+            .flat_map(|q| [[4 * q, 4 * q + 1, 4 * q + 2], [4 * q, 4 * q + 2, 4 * q + 3]])
+            .collect();
+        let mesh = Mesh {
+            positions,
+            triangles,
+            materials: vec![0; 2 * quads.len()],
+            sides: Sides::Two,
+            ..Mesh::default()
+        };
+        Geometry::new(&Scene {
+            meshes: vec![mesh],
+            materials: vec![Material::default()],
+            ..Scene::default()
+        })
     }
 
     fn tree(quads: &[[Vec3; 4]], count: u64, radiosity: Rgb, sides: HitSides) -> Hierarchy {
@@ -343,7 +406,9 @@ mod tests {
 
     fn cube() -> Vec<[Vec3; 4]> {
         let c = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32);
-        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]].map(|f| f.map(c)).to_vec()
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+            .map(|f| f.map(c))
+            .to_vec()
     }
 
     #[test]
@@ -360,39 +425,74 @@ mod tests {
             let g = gather.gather(&Receiver { p: p + n * 1e-5, ng: n, ns: n });
             // Closer to an edge than an element is wide the last discs leave gaps.
             assert!(g.occlusion > 0.95 && g.occlusion <= 1.0, "{p}: {}", g.occlusion);
-            assert!((g.irradiance / Rgb::new(3.0, 2.0, 1.0) - g.occlusion).abs().max_element() < 0.01, "{p}: {}", g.irradiance);
+            assert!(
+                (g.irradiance / Rgb::new(3.0, 2.0, 1.0) - g.occlusion).abs().max_element() < 0.01,
+                "{p}: {}",
+                g.irradiance
+            );
         }
     }
 
     #[test]
     fn a_wall_covers_its_form_factor() {
-        // Perpendicular to the receiver's plane, foot at distance 0.8, height 1.1, far to both sides.
-        let wall = [Vec3::new(0.8, 0.0, -300.0), Vec3::new(0.8, 0.0, 300.0), Vec3::new(0.8, 1.1, 300.0), Vec3::new(0.8, 1.1, -300.0)];
+        // Perpendicular to the receiver's plane, foot at distance 0.8, height 1.1, far to both
+        // sides.
+        let wall = [
+            Vec3::new(0.8, 0.0, -300.0),
+            Vec3::new(0.8, 0.0, 300.0),
+            Vec3::new(0.8, 1.1, 300.0),
+            Vec3::new(0.8, 1.1, -300.0),
+        ];
         let expected = (1.0 - 0.8 / (0.8f32 * 0.8 + 1.1 * 1.1).sqrt()) / 2.0;
         let tree = tree(&[wall], 400_000, Rgb::ONE, HitSides::Both);
         for (solid_angle, tolerance) in [(0.1, 0.015), (0.05, 0.012), (0.01, 0.008)] {
-            let settings = PointsSettings { maxsolidangle: solid_angle, ..PointsSettings::default() };
-            let g = Gather::new(&tree, &settings).gather(&Receiver { p: Vec3::ZERO, ng: Vec3::Y, ns: Vec3::Y });
-            assert!((g.occlusion - expected).abs() < tolerance, "{solid_angle}: {} for {expected}", g.occlusion);
+            let settings =
+                PointsSettings { maxsolidangle: solid_angle, ..PointsSettings::default() };
+            let g = Gather::new(&tree, &settings).gather(&Receiver {
+                p: Vec3::ZERO,
+                ng: Vec3::Y,
+                ns: Vec3::Y,
+            });
+            assert!(
+                (g.occlusion - expected).abs() < tolerance,
+                "{solid_angle}: {} for {expected}",
+                g.occlusion
+            );
             assert!(g.bent_normal.x < 0.0 && g.bent_normal.y > 0.0);
         }
     }
 
     #[test]
     fn distances_sides_and_bias() {
-        let roof = [Vec3::new(-50.0, 1.0, -50.0), Vec3::new(50.0, 1.0, -50.0), Vec3::new(50.0, 1.0, 50.0), Vec3::new(-50.0, 1.0, 50.0)];
+        let roof = [
+            Vec3::new(-50.0, 1.0, -50.0),
+            Vec3::new(50.0, 1.0, -50.0),
+            Vec3::new(50.0, 1.0, 50.0),
+            Vec3::new(-50.0, 1.0, 50.0),
+        ];
         let roof = |sides| tree(&[roof], 1_000_000, Rgb::ONE, sides);
-        let (tree, front, back) = (roof(HitSides::Both), roof(HitSides::Front), roof(HitSides::Back));
+        let (tree, front, back) =
+            (roof(HitSides::Both), roof(HitSides::Front), roof(HitSides::Back));
         let of = |tree: &Hierarchy, settings: PointsSettings, y: f32| {
-            Gather::new(tree, &settings).gather(&Receiver { p: Vec3::new(0.1, y, 0.1), ng: Vec3::Y, ns: Vec3::Y })
+            Gather::new(tree, &settings).gather(&Receiver {
+                p: Vec3::new(0.1, y, 0.1),
+                ng: Vec3::Y,
+                ns: Vec3::Y,
+            })
         };
         let at = |settings: PointsSettings, y: f32| of(&tree, settings, y);
         let default = PointsSettings::default();
         assert!(at(default.clone(), 0.0).occlusion > 0.98);
         // Within distance 2: the cone of 60 degrees, sin² = 3/4.
-        assert!((at(PointsSettings { maxdist: 2.0, ..default.clone() }, 0.0).occlusion - 0.75).abs() < 0.01);
+        assert!(
+            (at(PointsSettings { maxdist: 2.0, ..default.clone() }, 0.0).occlusion - 0.75).abs()
+                < 0.01
+        );
         // The winding of the roof faces down, towards the receiver.
-        assert!(of(&front, default.clone(), 0.0).occlusion > 0.98 && of(&back, default.clone(), 0.0).occlusion == 0.0);
+        assert!(
+            of(&front, default.clone(), 0.0).occlusion > 0.98
+                && of(&back, default.clone(), 0.0).occlusion == 0.0
+        );
         // In the plane, above it, and just below it.
         assert_eq!(at(default.clone(), 1.0).occlusion, 0.0);
         assert_eq!(at(default.clone(), 1.5).occlusion, 0.0);
@@ -401,6 +501,10 @@ mod tests {
         assert_eq!(at(PointsSettings { bias: 0.01, ..default.clone() }, 0.995).occlusion, 0.0);
         // A narrow cone sees only the roof, and ∫ over it is π sin².
         let cone = at(PointsSettings { coneangle: 20.0, ..default }, 0.0);
-        assert!((cone.occlusion - 1.0).abs() < 1e-2 && (cone.irradiance.x / 20f32.to_radians().sin().powi(2) - 1.0).abs() < 0.02, "{cone:?}");
+        assert!(
+            (cone.occlusion - 1.0).abs() < 1e-2
+                && (cone.irradiance.x / 20f32.to_radians().sin().powi(2) - 1.0).abs() < 0.02,
+            "{cone:?}"
+        );
     }
 }

@@ -5,12 +5,15 @@
 //! I(w) = Σ_e A_e [ B_e max(0, n_e·w) + B'_e max(0, −n_e·w) ] / π          radiant intensity
 //! of the sides that are there: without the second terms for one-sided elements, which are all of them for `hitsides` other than `both`
 //! ```
-//! both as nine SH coefficients (l ≤ 2; the clamped cosine's band factors `[RH01]`), beside Σ A, the centre of area, the mean normal (its
-//! length is the spread), a sphere around the discs and the mean radiosities of the two sides. Groups of one plane use the mean normal: three bands
-//! give a plane seen from its edge an area, which it does not have `[Christensen08]`.
+//! both as nine SH coefficients (l ≤ 2; the clamped cosine's band factors `[RH01]`), beside Σ A,
+//! the centre of area, the mean normal (its length is the spread), a sphere around the discs and
+//! the mean radiosities of the two sides. Groups of one plane use the mean normal: three bands give
+//! a plane seen from its edge an area, which it does not have `[Christensen08]`.
 //!
-//! Input   [`Cloud`] with `_radiosity`, `_radiosity_back` or without (occlusion only). Output  [`Hierarchy`].
-//! Method  elements in Morton order (21 bits an axis); groups split at the highest bit that differs, to leaves of at most 8.
+//! Input   [`Cloud`] with `_radiosity`, `_radiosity_back` or without (occlusion only). Output
+//!         [`Hierarchy`].
+//! Method  elements in Morton order (21 bits an axis); groups split at the highest bit that
+//!         differs, to leaves of at most 8.
 //! Guarantees  the same for any number of threads; parents hold their children's sums.
 //! Cost    32 B an element and 124 B a node, of which there are about a third as many; O(n log n).
 
@@ -189,22 +192,30 @@ impl Sums {
         let mut sum = *self;
         sum.area += other.area;
         sum.one_sided &= other.one_sided;
-        sum.moment += other.moment + (other.origin - self.origin).as_dvec3() * f64::from(other.area);
+        sum.moment +=
+            other.moment + (other.origin - self.origin).as_dvec3() * f64::from(other.area);
         sum.normal += other.normal;
         sum.front += other.front;
         sum.back += other.back;
         sum.area_sh.iter_mut().zip(&other.area_sh).for_each(|(a, b)| *a += b);
         sum.power_sh.iter_mut().zip(&other.power_sh).for_each(|(a, b)| *a += b);
-        sum.bounds = Aabb { min: self.bounds.min.min(other.bounds.min), max: self.bounds.max.max(other.bounds.max) };
+        sum.bounds = Aabb {
+            min: self.bounds.min.min(other.bounds.min),
+            max: self.bounds.max.max(other.bounds.max),
+        };
         sum.center = self.origin + (sum.moment / f64::from(sum.area)).as_vec3();
-        let by_parts = (sum.center.distance(self.center) + self.radius).max(sum.center.distance(other.center) + other.radius);
+        let by_parts = (sum.center.distance(self.center) + self.radius)
+            .max(sum.center.distance(other.center) + other.radius);
         let corner = (sum.bounds.max - sum.center).max(sum.center - sum.bounds.min);
         sum.radius = by_parts.min(corner.length());
-        // A part's discs lie in its own slab and its own sphere, both turned by the angle between the normals.
+        // A part's discs lie in its own slab and its own sphere, both turned by the angle between
+        // the normals.
         let axis = sum.normal.normalize_or(Vec3::Z);
         let reach = |part: &Self| {
             let normal = part.normal.normalize_or(Vec3::Z);
-            let own = (part.thickness * normal.dot(axis).abs() + part.radius * normal.cross(axis).length()).min(part.radius);
+            let own = (part.thickness * normal.dot(axis).abs()
+                + part.radius * normal.cross(axis).length())
+            .min(part.radius);
             (part.center - sum.center).dot(axis).abs() + own
         };
         sum.thickness = reach(self).max(reach(other)).min(sum.radius);
@@ -212,7 +223,9 @@ impl Sums {
     }
 
     fn node(&self, next: u32, count: u8) -> Node {
-        let mean = (self.normal / self.area * 32767.0).round().clamp(Vec3::splat(-32767.0), Vec3::splat(32767.0));
+        let mean = (self.normal / self.area * 32767.0)
+            .round()
+            .clamp(Vec3::splat(-32767.0), Vec3::splat(32767.0));
         Node {
             center: self.center,
             radius: self.radius,
@@ -229,7 +242,10 @@ impl Sums {
             total: self.area,
             area: PackedSh::new(&self.area_sh),
             power: PackedSh::new(&self.power_sh),
-            radiosity: [PackedRgb::new(self.front / self.area, 1.0), PackedRgb::new(self.back / self.area, 1.0)],
+            radiosity: [
+                PackedRgb::new(self.front / self.area, 1.0),
+                PackedRgb::new(self.back / self.area, 1.0),
+            ],
         }
     }
 }
@@ -240,13 +256,16 @@ struct Part {
     appearances: Vec<Appearance>,
 }
 
-/// Builds the group of elements `from .. from + codes.len()`. `next` of inner nodes is relative to the part.
+/// Builds the group of elements `from .. from + codes.len()`. `next` of inner nodes is relative to
+/// the part.
 fn build(codes: &[(u64, u32)], discs: &[Disc], from: usize) -> (Part, Sums) {
     let mut part = Part::default();
     let sums = if codes.len() > SERIAL {
         let middle = split(codes);
-        let ((left, a), (right, b)) =
-            rayon::join(|| build(&codes[..middle], &discs[..middle], from), || build(&codes[middle..], &discs[middle..], from + middle));
+        let ((left, a), (right, b)) = rayon::join(
+            || build(&codes[..middle], &discs[..middle], from),
+            || build(&codes[middle..], &discs[middle..], from + middle),
+        );
         let sums = a.join(&b);
         let first = 1 + left.nodes.len() as u32;
         part.nodes.reserve(1 + left.nodes.len() + right.nodes.len());
@@ -254,7 +273,12 @@ fn build(codes: &[(u64, u32)], discs: &[Disc], from: usize) -> (Part, Sums) {
         part.nodes.push(sums.node(first, 0));
         part.appearances.push(sums.appearance());
         for (child, base) in [(left, 1), (right, first)] {
-            part.nodes.extend(child.nodes.into_iter().map(|n| if n.count == 0 { Node { next: n.next + base, ..n } } else { n }));
+            part.nodes.extend(
+                child
+                    .nodes
+                    .into_iter()
+                    .map(|n| if n.count == 0 { Node { next: n.next + base, ..n } } else { n }),
+            );
             part.appearances.extend(child.appearances);
         }
         sums
@@ -301,9 +325,13 @@ fn split(codes: &[(u64, u32)]) -> usize {
 /// Every third bit, 21 of them.
 fn spread(x: u32) -> u64 {
     let mut x = u64::from(x) & 0x1f_ffff;
-    for (shift, mask) in
-        [(32, 0x1f_0000_0000_ffff), (16, 0x1f_0000_ff00_00ff), (8, 0x100f_00f0_0f00_f00f), (4, 0x10c3_0c30_c30c_30c3), (2, 0x1249_2492_4924_9249)]
-    {
+    for (shift, mask) in [
+        (32, 0x1f_0000_0000_ffff),
+        (16, 0x1f_0000_ff00_00ff),
+        (8, 0x100f_00f0_0f00_f00f),
+        (4, 0x10c3_0c30_c30c_30c3),
+        (2, 0x1249_2492_4924_9249),
+    ] {
         x = (x | x << shift) & mask;
     }
     x
@@ -316,7 +344,10 @@ impl Hierarchy {
     /// [`Error::Render`] for clouds without elements or with more than 2³⁰.
     pub fn new(cloud: &Cloud, sides: HitSides) -> Result<Self> {
         if cloud.is_empty() || cloud.len() > MAX_ELEMENTS {
-            return Err(Error::Render(format!("a cloud of {} elements cannot be gathered from; between 1 and {MAX_ELEMENTS} are possible", cloud.len())));
+            return Err(Error::Render(format!(
+                "a cloud of {} elements cannot be gathered from; between 1 and {MAX_ELEMENTS} are possible",
+                cloud.len()
+            )));
         }
         let bounds = Aabb::around(cloud.p.iter().copied());
         let size = (bounds.max - bounds.min).max_element();
@@ -332,9 +363,15 @@ impl Hierarchy {
             .collect();
         codes.par_sort_unstable();
         let (front, back) = (cloud.channel(Cloud::RADIOSITY), cloud.channel(Cloud::RADIOSITY_BACK));
-        let brightest = front.into_iter().chain(back).map(|c| c.par_iter().map(|v| v.max_element()).reduce(|| 0.0, f32::max)).fold(0.0, f32::max);
+        let brightest = front
+            .into_iter()
+            .chain(back)
+            .map(|c| c.par_iter().map(|v| v.max_element()).reduce(|| 0.0, f32::max))
+            .fold(0.0, f32::max);
         let scale = if brightest > 0.0 { 1024.0 / brightest } else { 1.0 };
-        let light = |channel: Option<&[Rgb]>, i: usize| channel.map_or(PackedRgb::default(), |c| PackedRgb::new(c[i], scale));
+        let light = |channel: Option<&[Rgb]>, i: usize| {
+            channel.map_or(PackedRgb::default(), |c| PackedRgb::new(c[i], scale))
+        };
         let discs: Vec<Disc> = codes
             .par_iter()
             .map(|&(_, i)| {
@@ -348,12 +385,24 @@ impl Hierarchy {
                 if sides == HitSides::Back {
                     radiosity.reverse();
                 }
-                Disc { p: cloud.p[i], signed_area: sign * cloud.area[i], n: PackedNormal::new(n), radiosity }
+                Disc {
+                    p: cloud.p[i],
+                    signed_area: sign * cloud.area[i],
+                    n: PackedNormal::new(n),
+                    radiosity,
+                }
             })
             .collect();
         let (part, _) = build(&codes, &discs, 0);
         let order = codes.into_iter().map(|c| c.1).collect();
-        Ok(Self { discs, nodes: part.nodes, appearances: part.appearances, order, scale, lit: front.is_some() })
+        Ok(Self {
+            discs,
+            nodes: part.nodes,
+            appearances: part.appearances,
+            order,
+            scale,
+            lit: front.is_some(),
+        })
     }
 
     /// Number of elements.
@@ -382,14 +431,24 @@ impl Hierarchy {
     pub fn order(&self) -> &[u32] {
         &self.order
     }
-    /// Every node, parents before their children: those of one depth are what the cloud looks like at that level, beside leaves above it.
+    /// Every node, parents before their children: those of one depth are what the cloud looks like
+    /// at that level, beside leaves above it.
     pub fn all_groups(&self) -> Vec<Group> {
         let (span, mut groups) = (self.spans(), Vec::with_capacity(self.nodes.len()));
         let mut open = vec![(0usize, 0u32)];
         while let Some((i, depth)) = open.pop() {
             let (node, (first, end)) = (&self.nodes[i], span[i]);
-            let (center, normal, area) = (node.center, node.mean_normal(), self.appearances[i].total);
-            groups.push(Group { first, count: end - first, depth, leaf: node.count > 0, center, normal, area });
+            let (center, normal, area) =
+                (node.center, node.mean_normal(), self.appearances[i].total);
+            groups.push(Group {
+                first,
+                count: end - first,
+                depth,
+                leaf: node.count > 0,
+                center,
+                normal,
+                area,
+            });
             if node.count == 0 {
                 open.extend([(node.next as usize, depth + 1), (i + 1, depth + 1)]);
             }
@@ -401,7 +460,11 @@ impl Hierarchy {
         // From the back: children follow their parent.
         let mut span = vec![(0u32, 0u32); self.nodes.len()];
         for (i, node) in self.nodes.iter().enumerate().rev() {
-            span[i] = if node.count > 0 { (node.next, node.next + u32::from(node.count)) } else { (span[i + 1].0, span[node.next as usize].1) };
+            span[i] = if node.count > 0 {
+                (node.next, node.next + u32::from(node.count))
+            } else {
+                (span[i + 1].0, span[node.next as usize].1)
+            };
         }
         span
     }
@@ -411,7 +474,10 @@ impl Hierarchy {
     }
     /// Memory that elements and nodes occupy.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.discs.as_slice()) + size_of_val(self.nodes.as_slice()) + size_of_val(self.appearances.as_slice()) + size_of_val(self.order.as_slice())
+        size_of_val(self.discs.as_slice())
+            + size_of_val(self.nodes.as_slice())
+            + size_of_val(self.appearances.as_slice())
+            + size_of_val(self.order.as_slice())
     }
 }
 
@@ -429,7 +495,9 @@ mod tests {
             cloud.n.push(sample_uniform_sphere(rng.next_2d()));
             cloud.area.push(1e-4 + 1e-3 * rng.next_f32());
             cloud.one_sided.push(rng.next_f32() < 0.5);
-            light.iter_mut().for_each(|l| l.push(Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32())));
+            light
+                .iter_mut()
+                .for_each(|l| l.push(Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32())));
         }
         let [front, back] = light;
         cloud.set(Cloud::RADIOSITY, front);
@@ -467,7 +535,9 @@ mod tests {
                     assert!((up * up + aside * aside).sqrt() <= a.radius * 1.0001 + 1e-6);
                     let axis = a.mean_normal().normalize_or(Vec3::Z);
                     let out = reach * (1.0 - disc.n.get().dot(axis).powi(2)).max(0.0).sqrt();
-                    assert!((disc.p - a.center).dot(axis).abs() + out <= a.thickness + 1e-3 * a.radius);
+                    assert!(
+                        (disc.p - a.center).dot(axis).abs() + out <= a.thickness + 1e-3 * a.radius
+                    );
                 }
             }
         }
@@ -482,12 +552,24 @@ mod tests {
         let root = &tree.appearances[0];
         for w in [Vec3::X, Vec3::new(0.3, -0.8, 0.5).normalize(), -Vec3::Z] {
             let y: [f32; 9] = basis(w)[..9].try_into().unwrap();
-            let area: f32 =
-                (0..cloud.len()).map(|i| cloud.area[i] * if cloud.one_sided[i] { cloud.n[i].dot(w).max(0.0) } else { cloud.n[i].dot(w).abs() }).sum();
+            let area: f32 = (0..cloud.len())
+                .map(|i| {
+                    cloud.area[i]
+                        * if cloud.one_sided[i] {
+                            cloud.n[i].dot(w).max(0.0)
+                        } else {
+                            cloud.n[i].dot(w).abs()
+                        }
+                })
+                .sum();
             let red: f32 = (0..cloud.len())
                 .map(|i| {
                     let cos = cloud.n[i].dot(w);
-                    let back = if cloud.one_sided[i] { 0.0 } else { cloud.channels[1].values[i].x * (-cos).max(0.0) };
+                    let back = if cloud.one_sided[i] {
+                        0.0
+                    } else {
+                        cloud.channels[1].values[i].x * (-cos).max(0.0)
+                    };
                     cloud.area[i] * (cloud.channels[0].values[i].x * cos.max(0.0) + back)
                 })
                 .sum();
@@ -499,12 +581,28 @@ mod tests {
     #[test]
     fn threads_do_not_matter_and_equal_points_do_not_hang() {
         let cloud = cloud(60_000);
-        let build =
-            |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| Hierarchy::new(&cloud, HitSides::Both).unwrap());
+        let build = |threads: usize| {
+            rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap()
+                .install(|| Hierarchy::new(&cloud, HitSides::Both).unwrap())
+        };
         let (one, three) = (build(1), build(3));
         assert_eq!(one.order, three.order);
-        assert!(one.nodes.iter().zip(&three.nodes).all(|(a, b)| a.center == b.center && a.radius == b.radius && a.next == b.next));
-        let same = Cloud { p: vec![Vec3::ONE; 100], n: vec![Vec3::Z; 100], area: vec![1.0; 100], one_sided: vec![false; 100], channels: Vec::new() };
+        assert!(
+            one.nodes
+                .iter()
+                .zip(&three.nodes)
+                .all(|(a, b)| a.center == b.center && a.radius == b.radius && a.next == b.next)
+        );
+        let same = Cloud {
+            p: vec![Vec3::ONE; 100],
+            n: vec![Vec3::Z; 100],
+            area: vec![1.0; 100],
+            one_sided: vec![false; 100],
+            channels: Vec::new(),
+        };
         assert_eq!(Hierarchy::new(&same, HitSides::Both).unwrap().len(), 100);
         assert!(Hierarchy::new(&Cloud::default(), HitSides::Both).is_err());
     }

@@ -7,11 +7,13 @@
 //!            (R: harmonic mean distance to what is seen `[Ward88]`, at most maxdist and 1 / falloff; 0.3 R with three places or fewer);
 //!            residual of the fit, times n / (n − 3) for n places, ≤ maxvariation of occlusion, 3 maxvariation of light
 //! ```
-//! What is not accepted waits for the places of the next finer blocks; single pixels gather for themselves. The second test catches contact
-//! shadows that lie between places, the third shadows and light that do not depend on distance.
+//! What is not accepted waits for the places of the next finer blocks; single pixels gather for
+//! themselves. The second test catches contact shadows that lie between places, the third shadows
+//! and light that do not depend on distance.
 //!
 //! Input   [`Hierarchy`], receivers with their pixels. Output  one [`Gathered`] a receiver.
-//! Guarantees  interpolated values lie between those they come from; the same for any number of threads; `maxvariation` 0 gathers everywhere.
+//! Guarantees  interpolated values lie between those they come from; the same for any number of
+//!             threads; `maxvariation` 0 gathers everywhere.
 //! Not         error bounds: whatever is smaller than blocks and far away can be missed.
 //! Cost        about 1 µs a receiver beside the gathers.
 
@@ -85,15 +87,26 @@ struct Block {
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
-pub fn gather_some(tree: &Hierarchy, settings: &PointsSettings, receivers: Receivers<'_>, sky: &Sky, run: &Run) -> Result<(Vec<Gathered>, usize)> {
+pub fn gather_some(
+    tree: &Hierarchy,
+    settings: &PointsSettings,
+    receivers: Receivers<'_>,
+    sky: &Sky,
+    run: &Run,
+) -> Result<(Vec<Gathered>, usize)> {
     if settings.maxvariation <= 0.0 || settings.overlap != Overlap::Raster {
-        return Ok((gather_all(tree, settings, None, receivers.at, sky, "gather", run)?, receivers.at.len()));
+        return Ok((
+            gather_all(tree, settings, None, receivers.at, sky, "gather", run)?,
+            receivers.at.len(),
+        ));
     }
     let mut out = vec![Gathered::default(); receivers.at.len()];
     let mut places: Vec<Place> = Vec::new();
     let mut blocks = first_blocks(receivers);
     for (level, side) in BLOCKS.into_iter().enumerate() {
-        let chosen: Vec<u32> = run.install(|| blocks.par_iter().map(|b| choose(b, side, receivers)).collect::<Vec<_>>()).concat();
+        let chosen: Vec<u32> = run
+            .install(|| blocks.par_iter().map(|b| choose(b, side, receivers)).collect::<Vec<_>>())
+            .concat();
         let at: Vec<Receiver> = chosen.iter().map(|&i| receivers.at[i as usize]).collect();
         let values = gather_all(tree, settings, None, &at, sky, "gather", run)?;
         places.extend(chosen.iter().zip(values).map(|(&receiver, value)| {
@@ -102,7 +115,13 @@ pub fn gather_some(tree: &Hierarchy, settings: &PointsSettings, receivers: Recei
         }));
         let index = Index::new(&places, side, receivers);
         let found: Vec<Given> = run.install(|| {
-            blocks.par_iter().with_min_len(8).map_with(Vec::new(), |near, block| interpolate(block, &index, receivers, settings, tree.is_lit(), near)).collect()
+            blocks
+                .par_iter()
+                .with_min_len(8)
+                .map_with(Vec::new(), |near, block| {
+                    interpolate(block, &index, receivers, settings, tree.is_lit(), near)
+                })
+                .collect()
         });
         for &(i, value) in found.iter().flat_map(|f| &f.0) {
             out[i as usize] = value;
@@ -121,9 +140,14 @@ fn first_blocks(receivers: Receivers<'_>) -> Vec<Block> {
     let side = BLOCKS[0];
     let columns = receivers.width.div_ceil(side);
     let rows = receivers.pixel.iter().max().map_or(0, |p| p / receivers.width / side + 1);
-    let mut blocks: Vec<Block> = (0..columns * rows).map(|i| Block { x: i % columns * side, y: i / columns * side, rest: Vec::new() }).collect();
+    let mut blocks: Vec<Block> = (0..columns * rows)
+        .map(|i| Block { x: i % columns * side, y: i / columns * side, rest: Vec::new() })
+        .collect();
     for (i, &pixel) in receivers.pixel.iter().enumerate() {
-        blocks[(pixel / receivers.width / side * columns + pixel % receivers.width / side) as usize].rest.push(i as u32);
+        blocks
+            [(pixel / receivers.width / side * columns + pixel % receivers.width / side) as usize]
+            .rest
+            .push(i as u32);
     }
     blocks.retain(|b| !b.rest.is_empty());
     blocks
@@ -136,10 +160,13 @@ fn parts(mut rest: Vec<u32>, side: u32, receivers: Receivers<'_>) -> Vec<Block> 
         (pixel / receivers.width / side * side, pixel % receivers.width / side * side)
     };
     rest.sort_by_key(|&i| corner(i));
-    rest.chunk_by(|&a, &b| corner(a) == corner(b)).map(|c| Block { y: corner(c[0]).0, x: corner(c[0]).1, rest: c.to_vec() }).collect()
+    rest.chunk_by(|&a, &b| corner(a) == corner(b))
+        .map(|c| Block { y: corner(c[0]).0, x: corner(c[0]).1, rest: c.to_vec() })
+        .collect()
 }
 
-/// True when values at `from` say something about `to`; `slack` is a distance from its plane that does not count.
+/// True when values at `from` say something about `to`; `slack` is a distance from its plane that
+/// does not count.
 fn alike(from: &Receiver, to: &Receiver, slack: f32) -> bool {
     let d = from.p - to.p;
     from.ns.dot(to.ns) >= LIKE_NORMALS && d.dot(to.ng).abs() <= LIKE_PLANE * d.length() + slack
@@ -153,12 +180,29 @@ fn choose(block: &Block, side: u32, receivers: Receivers<'_>) -> Vec<u32> {
     let middle = Vec2::new(block.x as f32, block.y as f32) + 0.5 * (side - 1) as f32;
     let off = |i: u32| {
         let pixel = receivers.pixel[i as usize];
-        Vec2::new((pixel % receivers.width) as f32, (pixel / receivers.width) as f32).distance_squared(middle)
+        Vec2::new((pixel % receivers.width) as f32, (pixel / receivers.width) as f32)
+            .distance_squared(middle)
     };
     let mut chosen: Vec<u32> = Vec::new();
     for _ in 0..SURFACES {
-        let unlike = |i: u32| chosen.iter().all(|&c| !alike(&receivers.at[c as usize], &receivers.at[i as usize], receivers.footprint[i as usize]));
-        let Some(next) = block.rest.iter().copied().filter(|&i| unlike(i)).min_by(|&a, &b| off(a).total_cmp(&off(b))) else { break };
+        let unlike = |i: u32| {
+            chosen.iter().all(|&c| {
+                !alike(
+                    &receivers.at[c as usize],
+                    &receivers.at[i as usize],
+                    receivers.footprint[i as usize],
+                )
+            })
+        };
+        let Some(next) = block
+            .rest
+            .iter()
+            .copied()
+            .filter(|&i| unlike(i))
+            .min_by(|&a, &b| off(a).total_cmp(&off(b)))
+        else {
+            break;
+        };
         chosen.push(next);
     }
     chosen
@@ -199,14 +243,22 @@ impl<'a> Index<'a> {
         let (column, row) = (x / self.side, y / self.side);
         let (from, to) = (column.saturating_sub(ring), (column + ring).min(self.columns - 1));
         for r in row.saturating_sub(ring)..=(row + ring).min(self.rows - 1) {
-            let span = self.starts[(r * self.columns + from) as usize] as usize..self.starts[(r * self.columns + to) as usize + 1] as usize;
+            let span = self.starts[(r * self.columns + from) as usize] as usize
+                ..self.starts[(r * self.columns + to) as usize + 1] as usize;
             out.extend_from_slice(&self.order[span]);
         }
     }
 }
 
 /// Values of a block's receivers, and those that are left.
-fn interpolate(block: &Block, index: &Index<'_>, receivers: Receivers<'_>, settings: &PointsSettings, lit: bool, near: &mut Vec<u32>) -> Given {
+fn interpolate(
+    block: &Block,
+    index: &Index<'_>,
+    receivers: Receivers<'_>,
+    settings: &PointsSettings,
+    lit: bool,
+    near: &mut Vec<u32>,
+) -> Given {
     let (mut found, mut rest) = (Vec::new(), Vec::new());
     rest.clone_from(&block.rest);
     for ring in 1..=2 {
@@ -226,9 +278,17 @@ fn interpolate(block: &Block, index: &Index<'_>, receivers: Receivers<'_>, setti
 }
 
 /// The interpolated value, if it is accepted.
-fn value(i: u32, near: &[u32], index: &Index<'_>, receivers: Receivers<'_>, settings: &PointsSettings, lit: bool) -> Option<Gathered> {
+fn value(
+    i: u32,
+    near: &[u32],
+    index: &Index<'_>,
+    receivers: Receivers<'_>,
+    settings: &PointsSettings,
+    lit: bool,
+) -> Option<Gathered> {
     let variation = settings.maxvariation;
-    let (at, pixel, footprint) = (&receivers.at[i as usize], receivers.pixel[i as usize], receivers.footprint[i as usize]);
+    let (at, pixel, footprint) =
+        (&receivers.at[i as usize], receivers.pixel[i as usize], receivers.footprint[i as usize]);
     let own = Vec2::new((pixel % receivers.width) as f32, (pixel / receivers.width) as f32);
     let frame = Frame::from_normal(at.ng);
     let h2 = (0.3 * index.side as f32 * footprint).powi(2);
@@ -282,10 +342,13 @@ fn value(i: u32, near: &[u32], index: &Index<'_>, receivers: Receivers<'_>, sett
         sum.irradiance += v.irradiance * share;
         sum.from_map += v.from_map * share;
         sum.distance += v.distance.min(1e30) * share;
-        (low.occlusion, high.occlusion) = (low.occlusion.min(v.occlusion), high.occlusion.max(v.occlusion));
+        (low.occlusion, high.occlusion) =
+            (low.occlusion.min(v.occlusion), high.occlusion.max(v.occlusion));
         (low.open, high.open) = (low.open.min(v.open), high.open.max(v.open));
-        (low.irradiance, high.irradiance) = (low.irradiance.min(v.irradiance), high.irradiance.max(v.irradiance));
-        (low.from_map, high.from_map) = (low.from_map.min(v.from_map), high.from_map.max(v.from_map));
+        (low.irradiance, high.irradiance) =
+            (low.irradiance.min(v.irradiance), high.irradiance.max(v.irradiance));
+        (low.from_map, high.from_map) =
+            (low.from_map.min(v.from_map), high.from_map.max(v.from_map));
         inside += share.abs();
         total += w;
         occlusion += x * (w * v.occlusion);
@@ -296,8 +359,10 @@ fn value(i: u32, near: &[u32], index: &Index<'_>, receivers: Receivers<'_>, sett
     }
     let (occlusion, light) = (inverse * occlusion, inverse * light);
     let freedom = count as f32 / count.saturating_sub(COEFFICIENTS).max(1) as f32;
-    let residual =
-        |fit: Vec3, of: &dyn Fn(&Gathered) -> f32| used.iter().map(|&(x, w, k)| w * (of(place(k)) - fit.dot(x)).powi(2)).sum::<f32>() / total * freedom;
+    let residual = |fit: Vec3, of: &dyn Fn(&Gathered) -> f32| {
+        used.iter().map(|&(x, w, k)| w * (of(place(k)) - fit.dot(x)).powi(2)).sum::<f32>() / total
+            * freedom
+    };
     if residual(occlusion, &|v| v.occlusion) > variation * variation {
         return None;
     }

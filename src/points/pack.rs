@@ -1,4 +1,5 @@
-//! Compact forms: unit vectors in 4 bytes, colours in 4 bytes, spherical harmonics in 2 bytes a coefficient.
+//! Compact forms: unit vectors in 4 bytes, colours in 4 bytes, spherical harmonics in 2 bytes a
+//! coefficient.
 
 use glam::{Vec2, Vec3};
 
@@ -11,7 +12,14 @@ pub(super) struct PackedNormal([i16; 2]);
 impl PackedNormal {
     pub fn new(n: Vec3) -> Self {
         let p = n / (n.x.abs() + n.y.abs() + n.z.abs());
-        let folded = if p.z >= 0.0 { Vec2::new(p.x, p.y) } else { Vec2::new((1.0 - p.y.abs()) * 1f32.copysign(p.x), (1.0 - p.x.abs()) * 1f32.copysign(p.y)) };
+        let folded = if p.z >= 0.0 {
+            Vec2::new(p.x, p.y)
+        } else {
+            Vec2::new(
+                (1.0 - p.y.abs()) * 1f32.copysign(p.x),
+                (1.0 - p.x.abs()) * 1f32.copysign(p.y),
+            )
+        };
         Self(folded.to_array().map(|v| (v * 32767.0).round() as i16))
     }
     pub fn get(self) -> Vec3 {
@@ -22,7 +30,8 @@ impl PackedNormal {
     }
 }
 
-/// A colour that is not negative: three mantissas of 9 bits, one exponent of 5; error below 1/512 of the largest channel.
+/// A colour that is not negative: three mantissas of 9 bits, one exponent of 5; error below 1/512
+/// of the largest channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct PackedRgb(u32);
 
@@ -38,7 +47,12 @@ impl PackedRgb {
         }
         let exponent = (most.log2().floor() as i32 + 1).max(-14);
         let mantissas = (c * 2f32.powi(9 - exponent)).round().min(Vec3::splat(511.0));
-        Self(mantissas.x as u32 | (mantissas.y as u32) << 9 | (mantissas.z as u32) << 18 | ((exponent + 15) as u32) << 27)
+        Self(
+            mantissas.x as u32
+                | (mantissas.y as u32) << 9
+                | (mantissas.z as u32) << 18
+                | ((exponent + 15) as u32) << 27,
+        )
     }
     /// The colour times the scale it was made with.
     pub fn get(self) -> Rgb {
@@ -67,7 +81,12 @@ impl<const N: usize> PackedSh<N> {
     }
     /// Σ `yᵢ` · coefficient `first + i`.
     pub fn dot(&self, first: usize, y: &[f32; 9]) -> f32 {
-        self.coefficients[first..first + 9].iter().zip(y).map(|(&c, &y)| f32::from(c) * y).sum::<f32>() * self.scale
+        self.coefficients[first..first + 9]
+            .iter()
+            .zip(y)
+            .map(|(&c, &y)| f32::from(c) * y)
+            .sum::<f32>()
+            * self.scale
     }
 }
 
@@ -79,12 +98,20 @@ mod tests {
     #[test]
     fn round_trips() {
         let mut rng = Rng::new(1, Stream::Test, 0, 0);
-        for n in (0..10_000).map(|_| sample_uniform_sphere(rng.next_2d())).chain([Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z]) {
+        for n in (0..10_000).map(|_| sample_uniform_sphere(rng.next_2d())).chain([
+            Vec3::X,
+            Vec3::Y,
+            Vec3::Z,
+            -Vec3::X,
+            -Vec3::Y,
+            -Vec3::Z,
+        ]) {
             assert!(PackedNormal::new(n).get().distance(n) < 1e-4, "{n}");
         }
         let mut rng = Rng::new(2, Stream::Test, 0, 0);
         for i in 0..10_000 {
-            let c = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) * 10f32.powi(i % 8 - 3);
+            let c =
+                Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) * 10f32.powi(i % 8 - 3);
             let scale = 0.37;
             let back = PackedRgb::new(c, scale).get() / scale;
             assert!((back - c).abs().max_element() <= c.max_element() / 500.0 + 1e-6, "{c} {back}");

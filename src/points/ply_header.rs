@@ -1,4 +1,5 @@
-//! The header of a binary little-endian PLY file whose first element is `vertex`: what its numbers are called and where they stand in a row.
+//! The header of a binary little-endian PLY file whose first element is `vertex`: what its numbers
+//! are called and where they stand in a row.
 
 use std::io::{BufRead, Read};
 
@@ -82,7 +83,9 @@ pub(crate) struct Header {
 }
 
 /// Reads up to the first row; errors come with the line, where there is one.
-pub(crate) fn header(input: &mut impl BufRead) -> std::result::Result<Header, (Option<usize>, String)> {
+pub(crate) fn header(
+    input: &mut impl BufRead,
+) -> std::result::Result<Header, (Option<usize>, String)> {
     let mut limited = input.take(MAX_HEADER);
     let mut header = Header { count: 0, row: 0, properties: Vec::new(), comments: Vec::new() };
     let (mut line, mut number, mut elements) = (Vec::new(), 0, 0);
@@ -90,7 +93,8 @@ pub(crate) fn header(input: &mut impl BufRead) -> std::result::Result<Header, (O
         line.clear();
         number += 1;
         let fail = |message: &str| Err((Some(number), message.to_owned()));
-        let got = limited.read_until(b'\n', &mut line).map_err(|e| (Some(number), e.to_string()))?;
+        let got =
+            limited.read_until(b'\n', &mut line).map_err(|e| (Some(number), e.to_string()))?;
         let text = String::from_utf8_lossy(&line);
         let words: Vec<&str> = text.split_whitespace().collect();
         if number == 1 && words != ["ply"] {
@@ -101,7 +105,9 @@ pub(crate) fn header(input: &mut impl BufRead) -> std::result::Result<Header, (O
         }
         match words.as_slice() {
             ["format", format, _] if *format != "binary_little_endian" => {
-                return fail(&format!("format \"{format}\" cannot be read; convert it to binary_little_endian"));
+                return fail(&format!(
+                    "format \"{format}\" cannot be read; convert it to binary_little_endian"
+                ));
             }
             ["element", name, count] => {
                 elements += 1;
@@ -109,16 +115,23 @@ pub(crate) fn header(input: &mut impl BufRead) -> std::result::Result<Header, (O
                     if *name != "vertex" {
                         return fail("the first element must be \"vertex\"");
                     }
-                    header.count = count.parse().map_err(|_| (Some(number), format!("\"{count}\" is not a number of elements")))?;
+                    header.count = count.parse().map_err(|_| {
+                        (Some(number), format!("\"{count}\" is not a number of elements"))
+                    })?;
                 }
             }
-            ["property", "list", ..] if elements == 1 => return fail("a list cannot be a property of a point"),
+            ["property", "list", ..] if elements == 1 => {
+                return fail("a list cannot be a property of a point");
+            }
             ["property", kind, name] if elements == 1 => {
-                let kind = Kind::parse(kind).ok_or_else(|| (Some(number), format!("\"{kind}\" is not a type of PLY")))?;
+                let kind = Kind::parse(kind)
+                    .ok_or_else(|| (Some(number), format!("\"{kind}\" is not a type of PLY")))?;
                 header.properties.push(Property { name: (*name).into(), offset: header.row, kind });
                 header.row += kind.size();
             }
-            ["comment", ..] => header.comments.push(text.trim_start_matches("comment").trim().to_owned()),
+            ["comment", ..] => {
+                header.comments.push(text.trim_start_matches("comment").trim().to_owned())
+            }
             ["end_header"] => break,
             _ => {}
         }

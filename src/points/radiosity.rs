@@ -4,19 +4,25 @@
 //! B₀ = ⟨ρ E_direct⟩          E_direct by shadow rays at stratified points of the piece (rays belong to baking, not to gathering)
 //! B_{k+1} = B₀ + ρ (E_elements(B_k) + sky · open)          one bounce: a gather over the elements themselves, no rays
 //! ```
-//! Bounces are gathered once for the elements of a small group of the tree that face alike and shared by them, with a coarser raster and
-//! larger groups than at receivers. After the last bounce the rest of the
-//! series is estimated: Δ_k q/(1 − q), q the ratio of the last two bounces' power. `radiosity = "photon"` takes the indirect light of the proxy
-//! (photons and rays between cells) instead.
+//! Bounces are gathered once for the elements of a small group of the tree that face alike and
+//! shared by them, with a coarser raster and larger groups than at receivers. After the last bounce
+//! the rest of the series is estimated: Δ_k q/(1 − q), q the ratio of the last two bounces' power.
+//! `radiosity = "photon"` takes the indirect light of the proxy (photons and rays between cells)
+//! instead.
 //!
-//! Input   [`World`], [`PointsSettings`]. Output  [`Cloud`] with the channels of [`super::element`].
-//! Guarantees  the same for any number of threads. Cost  `direct_samples` shadow rays per element and side; a gather per leaf, facing and bounce.
+//! Input   [`World`], [`PointsSettings`]. Output  [`Cloud`] with the channels of
+//!         [`super::element`].
+//! Guarantees  the same for any number of threads. Cost  `direct_samples` shadow rays per element
+//!             and side; a gather per leaf, facing and bounce.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::sum::mean_open;
-use super::{Accessibility, Cloud, Gather, Gathered, Hierarchy, Overlap, Piece, PointsSettings, RadiositySource, Receiver, dice, sum};
+use super::{
+    Accessibility, Cloud, Gather, Gathered, Hierarchy, Overlap, Piece, PointsSettings,
+    RadiositySource, Receiver, dice, sum,
+};
 use crate::error::Result;
 use crate::math::offset_origin;
 use crate::photon::{PhotonSettings, solve};
@@ -39,8 +45,9 @@ pub struct ProxyInputs<'a> {
 const GROUPS: usize = 8192;
 /// Least cosine between normals of elements that share a gather.
 const LIKE_NORMALS: f32 = 0.94;
-/// Least `maxsolidangle` of bounces on elements. Cornell box, bias of the picture by this and the raster: 0.2 and 8 −1.3 %, 0.1 and 12 −1.0 %,
-/// 0.05 and 16 −0.8 %, for 1, 1.5 and 2.5 times the CPU time of the render; with the proxy's radiosity −0.3 %.
+/// Least `maxsolidangle` of bounces on elements. Cornell box, bias of the picture by this and the
+/// raster: 0.2 and 8 −1.3 %, 0.1 and 12 −1.0 %, 0.05 and 16 −0.8 %, for 1, 1.5 and 2.5 times the
+/// CPU time of the render; with the proxy's radiosity −0.3 %.
 const BOUNCE_SOLID_ANGLE: f32 = 0.1;
 /// Largest `microbufres` there.
 const BOUNCE_RES: u32 = 12;
@@ -59,7 +66,11 @@ struct Lit {
 ///
 /// # Errors
 /// As [`dice`].
-pub fn bake_areas(world: &World, settings: &PointsSettings, run: &Run) -> Result<(Cloud, Vec<Piece>)> {
+pub fn bake_areas(
+    world: &World,
+    settings: &PointsSettings,
+    run: &Run,
+) -> Result<(Cloud, Vec<Piece>)> {
     settings.validate()?;
     let _phase = run.phase("dice", 1);
     run.install(|| {
@@ -69,19 +80,30 @@ pub fn bake_areas(world: &World, settings: &PointsSettings, run: &Run) -> Result
     })
 }
 
-/// Elements with light: `_radiosity`, `_radiosity_back`, `direct`, `direct_back`, `albedo`, `emission`.
+/// Elements with light: `_radiosity`, `_radiosity_back`, `direct`, `direct_back`, `albedo`,
+/// `emission`.
 ///
 /// # Errors
 /// For settings out of range, as [`dice`] and [`solve`], [`crate::error::Error::Interrupted`].
-pub fn bake(world: &World, settings: &PointsSettings, proxy: ProxyInputs<'_>, seed: u64, run: &Run) -> Result<Cloud> {
+pub fn bake(
+    world: &World,
+    settings: &PointsSettings,
+    proxy: ProxyInputs<'_>,
+    seed: u64,
+    run: &Run,
+) -> Result<Cloud> {
     let (mut cloud, pieces) = bake_areas(world, settings, run)?;
     let lit = direct(world, &cloud, &pieces, settings.direct_samples, seed, run)?;
     let albedo: Vec<Rgb> = lit.iter().map(|l| l.albedo).collect();
-    let mut leaving: [Vec<Rgb>; 2] = [0, 1].map(|side| lit.iter().map(|l: &Lit| l.leaving[side]).collect());
+    let mut leaving: [Vec<Rgb>; 2] =
+        [0, 1].map(|side| lit.iter().map(|l: &Lit| l.leaving[side]).collect());
     for (name, side) in [("direct", 0), ("direct_back", 1)] {
         cloud.set(name, lit.iter().map(|l| l.direct[side]).collect());
     }
-    cloud.set("emission", pieces.iter().map(|p| world.geometry.material(p.triangle).emission).collect());
+    cloud.set(
+        "emission",
+        pieces.iter().map(|p| world.geometry.material(p.triangle).emission).collect(),
+    );
     match settings.radiosity {
         RadiositySource::Photon => {
             let cells = run.install(|| Cells::new(&world.geometry, proxy.near_cell))?;
@@ -94,7 +116,15 @@ pub fn bake(world: &World, settings: &PointsSettings, proxy: ProxyInputs<'_>, se
                 }
             }
         }
-        RadiositySource::Bounces => bounces(&mut cloud, &albedo, &mut leaving, &world.lights.sky, world.diagonal, settings, run)?,
+        RadiositySource::Bounces => bounces(
+            &mut cloud,
+            &albedo,
+            &mut leaving,
+            &world.lights.sky,
+            world.diagonal,
+            settings,
+            run,
+        )?,
     }
     let [front, back] = leaving;
     cloud.set("albedo", albedo);
@@ -106,7 +136,14 @@ pub fn bake(world: &World, settings: &PointsSettings, proxy: ProxyInputs<'_>, se
     Ok(cloud)
 }
 
-fn direct(world: &World, cloud: &Cloud, pieces: &[Piece], samples: u32, seed: u64, run: &Run) -> Result<Vec<Lit>> {
+fn direct(
+    world: &World,
+    cloud: &Cloud,
+    pieces: &[Piece],
+    samples: u32,
+    seed: u64,
+    run: &Run,
+) -> Result<Vec<Lit>> {
     let phase = run.phase("direct", pieces.len() as u64);
     let masks = world.geometry.masks();
     let lit: Vec<Lit> = run.install(|| {
@@ -116,7 +153,9 @@ fn direct(world: &World, cloud: &Cloud, pieces: &[Piece], samples: u32, seed: u6
             .with_min_len(256)
             .map(|(i, piece)| {
                 let mut lit = Lit::default();
-                if run.cancelled() || world.geometry.material(piece.triangle).albedo.max_element() <= 0.0 {
+                if run.cancelled()
+                    || world.geometry.material(piece.triangle).albedo.max_element() <= 0.0
+                {
                     return lit;
                 }
                 let sobol = Sobol::new(seed, Stream::Points, i as u64);
@@ -129,10 +168,22 @@ fn direct(world: &World, cloud: &Cloud, pieces: &[Piece], samples: u32, seed: u6
                     count += 1;
                     let surface = world.geometry.surface(piece.triangle, b.x, b.y);
                     lit.albedo += surface.albedo;
-                    for (side, sign) in [1.0, -1.0].into_iter().enumerate().take(1 + usize::from(!cloud.one_sided[i])) {
+                    for (side, sign) in [1.0, -1.0]
+                        .into_iter()
+                        .enumerate()
+                        .take(1 + usize::from(!cloud.one_sided[i]))
+                    {
                         let pairs = 1 + 2 * side as u32;
-                        let mut sample = |_: u32| (sobol.sample_1d(s, pairs), sobol.sample_2d(s, pairs + 1));
-                        let (e, rays) = direct_irradiance(world, surface.p, surface.ng * sign, surface.ns * sign, 1, &mut sample);
+                        let mut sample =
+                            |_: u32| (sobol.sample_1d(s, pairs), sobol.sample_2d(s, pairs + 1));
+                        let (e, rays) = direct_irradiance(
+                            world,
+                            surface.p,
+                            surface.ng * sign,
+                            surface.ns * sign,
+                            1,
+                            &mut sample,
+                        );
                         lit.direct[side] += e;
                         lit.leaving[side] += e * surface.albedo;
                         lit.rays += rays;
@@ -155,7 +206,15 @@ fn direct(world: &World, cloud: &Cloud, pieces: &[Piece], samples: u32, seed: u6
 }
 
 /// Adds the bounces to what leaves the sides of elements.
-fn bounces(cloud: &mut Cloud, albedo: &[Rgb], leaving: &mut [Vec<Rgb>; 2], sky: &Sky, diagonal: f32, settings: &PointsSettings, run: &Run) -> Result<()> {
+fn bounces(
+    cloud: &mut Cloud,
+    albedo: &[Rgb],
+    leaving: &mut [Vec<Rgb>; 2],
+    sky: &Sky,
+    diagonal: f32,
+    settings: &PointsSettings,
+    run: &Run,
+) -> Result<()> {
     let coarse = PointsSettings {
         maxsolidangle: settings.maxsolidangle.max(BOUNCE_SOLID_ANGLE),
         microbufres: settings.microbufres.min(BOUNCE_RES),
@@ -164,7 +223,11 @@ fn bounces(cloud: &mut Cloud, albedo: &[Rgb], leaving: &mut [Vec<Rgb>; 2], sky: 
     };
     let direct = leaving.clone();
     let power = |light: &[Vec<Rgb>; 2], area: &[f32]| -> f64 {
-        light.iter().flat_map(|side| side.iter().zip(area)).map(|(c, &a)| f64::from(c.element_sum() * a)).sum()
+        light
+            .iter()
+            .flat_map(|side| side.iter().zip(area))
+            .map(|(c, &a)| f64::from(c.element_sum() * a))
+            .sum()
     };
     let mut change = 0.0;
     for bounce in 0..settings.bounces {
@@ -197,13 +260,22 @@ fn bounces(cloud: &mut Cloud, albedo: &[Rgb], leaving: &mut [Vec<Rgb>; 2], sky: 
     Ok(())
 }
 
-/// Irradiance of fronts and backs of all elements from the elements of a tree and the sky; one-sided elements have dark backs.
+/// Irradiance of fronts and backs of all elements from the elements of a tree and the sky;
+/// one-sided elements have dark backs.
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
-pub fn element_irradiance(tree: &Hierarchy, cloud: &Cloud, sky: &Sky, diagonal: f32, settings: &PointsSettings, run: &Run) -> Result<[Vec<Rgb>; 2]> {
+pub fn element_irradiance(
+    tree: &Hierarchy,
+    cloud: &Cloud,
+    sky: &Sky,
+    diagonal: f32,
+    settings: &PointsSettings,
+    run: &Run,
+) -> Result<[Vec<Rgb>; 2]> {
     let groups = like_elements(tree, cloud);
-    let gathered = gather_all(tree, settings, None, &seats(&groups, cloud, diagonal), sky, "bounce", run)?;
+    let gathered =
+        gather_all(tree, settings, None, &seats(&groups, cloud, diagonal), sky, "bounce", run)?;
     let mut out = [vec![Rgb::ZERO; cloud.len()], vec![Rgb::ZERO; cloud.len()]];
     for (group, g) in groups.iter().zip(gathered) {
         for &e in &group.members {
@@ -217,7 +289,13 @@ pub fn element_irradiance(tree: &Hierarchy, cloud: &Cloud, sky: &Sky, diagonal: 
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
-pub fn accessibility(tree: &Hierarchy, cloud: &Cloud, diagonal: f32, settings: &PointsSettings, run: &Run) -> Result<Option<Accessibility>> {
+pub fn accessibility(
+    tree: &Hierarchy,
+    cloud: &Cloud,
+    diagonal: f32,
+    settings: &PointsSettings,
+    run: &Run,
+) -> Result<Option<Accessibility>> {
     if settings.overlap != Overlap::Bunnell {
         return Ok(None);
     }
@@ -226,7 +304,15 @@ pub fn accessibility(tree: &Hierarchy, cloud: &Cloud, diagonal: f32, settings: &
     let (mut before, mut now) = (vec![1.0; cloud.len()], vec![1.0; cloud.len()]);
     for _ in 0..settings.accessibility_passes {
         let weights = Accessibility::new(tree, &now);
-        let gathered = gather_all(tree, settings, Some(&weights), &receivers, &Sky::default(), "accessibility", run)?;
+        let gathered = gather_all(
+            tree,
+            settings,
+            Some(&weights),
+            &receivers,
+            &Sky::default(),
+            "accessibility",
+            run,
+        )?;
         let mut occlusion = [vec![0.0; cloud.len()], vec![0.0; cloud.len()]];
         for (group, g) in groups.iter().zip(gathered) {
             for &e in &group.members {
@@ -264,11 +350,18 @@ fn like_elements(tree: &Hierarchy, cloud: &Cloud) -> Vec<Group> {
         let mut rest: Vec<u32> = tree.order[range].to_vec();
         while let Some(&first) = rest.first() {
             let n = cloud.n[first as usize];
-            let alike = |e: u32| cloud.n[e as usize].dot(n) >= LIKE_NORMALS && cloud.one_sided[e as usize] == cloud.one_sided[first as usize];
+            let alike = |e: u32| {
+                cloud.n[e as usize].dot(n) >= LIKE_NORMALS
+                    && cloud.one_sided[e as usize] == cloud.one_sided[first as usize]
+            };
             let (members, others): (Vec<u32>, Vec<u32>) = rest.iter().partition(|&&e| alike(e));
-            let mean = members.iter().map(|&e| cloud.p[e as usize]).sum::<Vec3>() / members.len() as f32;
+            let mean =
+                members.iter().map(|&e| cloud.p[e as usize]).sum::<Vec3>() / members.len() as f32;
             let off = |e: u32| cloud.p[e as usize].distance_squared(mean);
-            let seat = members.iter().copied().fold(first, |best, e| if off(e) < off(best) { e } else { best });
+            let seat = members
+                .iter()
+                .copied()
+                .fold(first, |best, e| if off(e) < off(best) { e } else { best });
             if !cloud.one_sided[first as usize] {
                 groups.push(Group { members: members.clone(), seat, back: true });
             }
@@ -279,8 +372,9 @@ fn like_elements(tree: &Hierarchy, cloud: &Cloud) -> Vec<Group> {
     groups
 }
 
-/// What a receiver sees, by the raster (`Ok`) or summed already (`Err`), with the light of a map of the sky: exact for the raster's open cells, for
-/// sums the map's light from the mean open direction.
+/// What a receiver sees, by the raster (`Ok`) or summed already (`Err`), with the light of a map of
+/// the sky: exact for the raster's open cells, for sums the map's light from the mean open
+/// direction.
 fn under(sky: &Sky, r: &Receiver, how: std::result::Result<&mut Gather<'_>, Gathered>) -> Gathered {
     match how {
         Ok(gather) if sky.has_map() => {
@@ -288,12 +382,16 @@ fn under(sky: &Sky, r: &Receiver, how: std::result::Result<&mut Gather<'_>, Gath
             Gathered { from_map, ..found }
         }
         Ok(gather) => gather.gather(r),
-        Err(found) if sky.has_map() => Gathered { from_map: sky.from_map(found.bent_normal.try_normalize().unwrap_or(r.ns)) * found.open, ..found },
+        Err(found) if sky.has_map() => Gathered {
+            from_map: sky.from_map(found.bent_normal.try_normalize().unwrap_or(r.ns)) * found.open,
+            ..found
+        },
         Err(found) => found,
     }
 }
 
-/// Gathers at every receiver, in parallel, in the mode of `settings.overlap`; `weights` are [`accessibility`]'s.
+/// Gathers at every receiver, in parallel, in the mode of `settings.overlap`; `weights` are
+/// [`accessibility`]'s.
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
@@ -318,7 +416,20 @@ pub fn gather_all(
                     return Vec::new();
                 }
                 phase.advance(chunk.len() as u64);
-                chunk.iter().map(|r| under(sky, r, if raster { Ok(&mut *gather) } else { Err(sum(tree, settings, weights, r)) })).collect()
+                chunk
+                    .iter()
+                    .map(|r| {
+                        under(
+                            sky,
+                            r,
+                            if raster {
+                                Ok(&mut *gather)
+                            } else {
+                                Err(sum(tree, settings, weights, r))
+                            },
+                        )
+                    })
+                    .collect()
             })
             .collect()
     });

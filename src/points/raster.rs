@@ -1,4 +1,5 @@
-//! The micro-buffer: a raster of the hemisphere around a receiver, filled from near to far `[Christensen08]`.
+//! The micro-buffer: a raster of the hemisphere around a receiver, filled from near to far
+//! `[Christensen08]`.
 //!
 //! ```text
 //! cells      N × N of equal solid angle Ω = 2π/N²: the hemisphere flattened by the equal-area and the concentric map, z = 1 − r²
@@ -8,12 +9,16 @@
 //! occluded   o = T W + (1 − T)² w̄           w̄: mean cosine of the cell;  a full cell weighs what it does, a part what its elements do
 //! E = Ω Σ_cells (C · o/W),  occlusion = Ω Σ o / π,  open = Ω Σ (w̄ − o)
 //! ```
-//! An element is a square of its own solid angle around its place (the map keeps areas), so what a surface covers in the mean is exact
-//! whatever the discs' gaps; elements seen large are tested cell by cell, as discs with a soft rim that close the gaps between them. Shares of one layer add up until a cell is full;
-//! layers behind one another cover what was left, as things that know nothing of each other do.
+//! An element is a square of its own solid angle around its place (the map keeps areas), so what a
+//! surface covers in the mean is exact whatever the discs' gaps; elements seen large are tested
+//! cell by cell, as discs with a soft rim that close the gaps between them. Shares of one layer add
+//! up until a cell is full; layers behind one another cover what was left, as things that know
+//! nothing of each other do.
 //!
-//! Guarantees  a full raster gives E = π L and occlusion 1 exactly; occlusion never exceeds 1; values at any distance are finite.
-//! Not         the order of things within a cell. Cost  64 B a cell; a deposit touches the cells under its square.
+//! Guarantees  a full raster gives E = π L and occlusion 1 exactly; occlusion never exceeds 1;
+//!             values at any distance are finite.
+//! Not         the order of things within a cell. Cost  64 B a cell; a deposit touches the cells
+//!             under its square.
 
 use glam::{Vec2, Vec3};
 
@@ -61,7 +66,14 @@ struct Cell {
 }
 
 impl Cell {
-    const EMPTY: Self = Self { done: Sums::ZERO, layer: Sums::ZERO, covered: 0.0, open: 1.0, distance: 0.0, face: Face::Mixed };
+    const EMPTY: Self = Self {
+        done: Sums::ZERO,
+        layer: Sums::ZERO,
+        covered: 0.0,
+        open: 1.0,
+        distance: 0.0,
+        face: Face::Mixed,
+    };
 
     /// Ends the layer.
     fn close(&mut self) {
@@ -87,16 +99,18 @@ impl Sums {
 /// What a receiver's hemisphere holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gathered {
-    /// Cosine-weighted share of the hemisphere (or cone) that is occluded, with the fall-off; 0 to 1.
+    /// Cosine-weighted share of the hemisphere (or cone) that is occluded, with the fall-off; 0 to
+    /// 1.
     pub occlusion: f32,
     /// ∫ cos θ over the open directions, 0 to π: irradiance per radiance of a constant sky.
     pub open: f32,
-    /// Cosine-weighted mean of the open directions, world space, not unit; zero when all is occluded.
+    /// Cosine-weighted mean of the open directions, world space, not unit; zero when all is
+    /// occluded.
     pub bent_normal: Vec3,
     /// Irradiance from the elements, W·m⁻²; a constant sky's is `open` times its radiance.
     pub irradiance: Rgb,
-    /// Cosine-weighted harmonic mean distance to what is seen, open directions included as infinitely far; infinite without elements and for
-    /// the plain sums.
+    /// Cosine-weighted harmonic mean distance to what is seen, open directions included as
+    /// infinitely far; infinite without elements and for the plain sums.
     pub distance: f32,
     /// Irradiance from a map of the sky through the open directions; zero without one.
     pub from_map: Rgb,
@@ -126,7 +140,8 @@ const FULL: f32 = 1.0 - 1e-3;
 /// atan on [−1, 1], error below 1e-5.
 fn atan(t: f32) -> f32 {
     let s = t * t;
-    t * (0.999_866_0 + s * (-0.330_299_5 + s * (0.180_141_0 + s * (-0.085_133_0 + s * 0.020_835_1))))
+    t * (0.999_866_0
+        + s * (-0.330_299_5 + s * (0.180_141_0 + s * (-0.085_133_0 + s * 0.020_835_1))))
 }
 
 /// From a local direction of the upper hemisphere to the unit square.
@@ -154,18 +169,34 @@ fn direction_from_square(u: Vec2) -> Vec3 {
 impl Shape {
     /// `cone_cos`: cosine of the half angle that counts.
     pub fn new(side: usize, cone_cos: f32) -> Self {
-        let mut shape = Self { side, x: Vec::new(), y: Vec::new(), z: Vec::new(), mean_cos: Vec::new(), total: 0.0 };
+        let mut shape = Self {
+            side,
+            x: Vec::new(),
+            y: Vec::new(),
+            z: Vec::new(),
+            mean_cos: Vec::new(),
+            total: 0.0,
+        };
         const SUB: usize = 8;
         for row in 0..side {
             for column in 0..side {
-                let at = |x: f32, y: f32| direction_from_square(Vec2::new((column as f32 + x) / side as f32, (row as f32 + y) / side as f32));
+                let at = |x: f32, y: f32| {
+                    direction_from_square(Vec2::new(
+                        (column as f32 + x) / side as f32,
+                        (row as f32 + y) / side as f32,
+                    ))
+                };
                 let center = at(0.5, 0.5);
                 shape.x.push(center.x);
                 shape.y.push(center.y);
                 shape.z.push(center.z);
                 let mut sum = 0.0;
                 for i in 0..SUB * SUB {
-                    let z = at(((i % SUB) as f32 + 0.5) / SUB as f32, ((i / SUB) as f32 + 0.5) / SUB as f32).z;
+                    let z = at(
+                        ((i % SUB) as f32 + 0.5) / SUB as f32,
+                        ((i / SUB) as f32 + 0.5) / SUB as f32,
+                    )
+                    .z;
                     sum += if z >= cone_cos { z } else { 0.0 };
                 }
                 shape.mean_cos.push(sum / (SUB * SUB) as f32);
@@ -178,7 +209,9 @@ impl Shape {
         } else {
             // A cone narrower than a cell: the four cells around the normal.
             let half = side / 2;
-            for (row, column) in [(half - 1, half - 1), (half - 1, half), (half, half - 1), (half, half)] {
+            for (row, column) in
+                [(half - 1, half - 1), (half - 1, half), (half, half - 1), (half, half)]
+            {
                 shape.mean_cos[row * side + column] = exact / (4.0 * shape.solid_angle());
             }
         }
@@ -219,10 +252,17 @@ pub(super) enum Face {
 impl Raster {
     pub fn new(shape: &Shape) -> Self {
         let cells = shape.side * shape.side;
-        Self { cells: vec![Cell::default(); cells], rows: vec![0; shape.side], full: 0, alpha: vec![0.0; cells], distance: vec![0.0; cells] }
+        Self {
+            cells: vec![Cell::default(); cells],
+            rows: vec![0; shape.side],
+            full: 0,
+            alpha: vec![0.0; cells],
+            distance: vec![0.0; cells],
+        }
     }
 
-    /// Empties it; directions below the plane of `ng` (local frame) are black and full, those outside the cone as well.
+    /// Empties it; directions below the plane of `ng` (local frame) are black and full, those
+    /// outside the cone as well.
     pub fn reset(&mut self, shape: &Shape, ng: Vec3) {
         self.cells.fill(Cell::EMPTY);
         self.rows.fill(u32::MAX >> (32 - shape.side));
@@ -230,9 +270,15 @@ impl Raster {
         let tilted = ng.z < 0.999_99;
         if tilted || shape.total < 0.999 * std::f32::consts::PI {
             for i in 0..self.cells.len() {
-                if shape.mean_cos[i] == 0.0 || (tilted && shape.x[i] * ng.x + shape.y[i] * ng.y + shape.z[i] * ng.z <= 0.0) {
+                if shape.mean_cos[i] == 0.0
+                    || (tilted && shape.x[i] * ng.x + shape.y[i] * ng.y + shape.z[i] * ng.z <= 0.0)
+                {
                     let w = shape.mean_cos[i];
-                    self.cells[i] = Cell { done: Sums { weight: w, occlusion: w, ..Sums::ZERO }, open: 0.0, ..Cell::EMPTY };
+                    self.cells[i] = Cell {
+                        done: Sums { weight: w, occlusion: w, ..Sums::ZERO },
+                        open: 0.0,
+                        ..Cell::EMPTY
+                    };
                     self.rows[i / shape.side] &= !(1 << (i % shape.side));
                     self.full += 1;
                 }
@@ -240,18 +286,24 @@ impl Raster {
         }
     }
 
-    /// True when all that lies within `angle` (radians) of a local direction is full; the direction may lie below the horizon by as much.
+    /// True when all that lies within `angle` (radians) of a local direction is full; the direction
+    /// may lie below the horizon by as much.
     pub fn is_full(&self, shape: &Shape, w: Vec3, angle: f32) -> bool {
         // Seldom true while most is open.
         if self.full * 4 < self.cells.len() {
             return false;
         }
         let side = shape.side as f32;
-        let at = square_from_direction(if w.z >= 0.0 { w } else { Vec3::new(w.x, w.y, 0.0).normalize_or(Vec3::X) }) * side;
+        let at = square_from_direction(if w.z >= 0.0 {
+            w
+        } else {
+            Vec3::new(w.x, w.y, 0.0).normalize_or(Vec3::X)
+        }) * side;
         // A radian is at most 0.75 of a side (concentric map).
         let reach = angle * 0.75 * side + 0.01;
         let clamp = |v: f32| (v.max(0.0) as usize).min(shape.side - 1);
-        let (x0, x1, y0, y1) = (clamp(at.x - reach), clamp(at.x + reach), clamp(at.y - reach), clamp(at.y + reach));
+        let (x0, x1, y0, y1) =
+            (clamp(at.x - reach), clamp(at.x + reach), clamp(at.y - reach), clamp(at.y + reach));
         let mask = (u32::MAX >> (31 - (x1 - x0) as u32)) << x0;
         self.rows[y0..=y1].iter().all(|row| row & mask == 0)
     }
@@ -313,9 +365,19 @@ impl Raster {
         }
     }
 
-    /// A disc seen large, cell by cell: center `d` and normal `n` in the local frame, radius `r`. The light is `radiance` of the side seen:
-    /// front, back. `occlusion` gives the fall-off at a distance; farther than `most` is not there.
-    pub fn disc(&mut self, shape: &Shape, d: Vec3, n: Vec3, r: f32, radiance: [Option<Rgb>; 2], most: f32, occlusion: impl Fn(f32) -> f32) {
+    /// A disc seen large, cell by cell: center `d` and normal `n` in the local frame, radius `r`.
+    /// The light is `radiance` of the side seen: front, back. `occlusion` gives the fall-off at a
+    /// distance; farther than `most` is not there.
+    pub fn disc(
+        &mut self,
+        shape: &Shape,
+        d: Vec3,
+        n: Vec3,
+        r: f32,
+        radiance: [Option<Rgb>; 2],
+        most: f32,
+        occlusion: impl Fn(f32) -> f32,
+    ) {
         let height = d.dot(n);
         let inverse = 1.0 / (r * r);
         let cells = self.cells.len();
@@ -346,15 +408,21 @@ impl Raster {
         }
     }
 
-    /// What it holds; `bent_normal` in the local frame. `sky` is the radiance of open local directions; its irradiance comes second.
+    /// What it holds; `bent_normal` in the local frame. `sky` is the radiance of open local
+    /// directions; its irradiance comes second.
     pub fn result(&self, shape: &Shape, sky: Option<&dyn Fn(Vec3) -> Rgb>) -> (Gathered, Rgb) {
-        let (mut light, mut occluded, mut inverse, mut open, mut bent, mut from_sky) = (Rgb::ZERO, 0.0, 0.0, 0.0, Vec3::ZERO, Rgb::ZERO);
+        let (mut light, mut occluded, mut inverse, mut open, mut bent, mut from_sky) =
+            (Rgb::ZERO, 0.0, 0.0, 0.0, Vec3::ZERO, Rgb::ZERO);
         for (i, c) in self.cells.iter().enumerate() {
             let w = shape.mean_cos[i];
             let mut c = *c;
             c.close();
             let covered = 1.0 - c.open;
-            let o = if w == 0.0 { 0.0 } else { (c.open * c.done.weight + covered * covered * w).clamp(0.0, w) };
+            let o = if w == 0.0 {
+                0.0
+            } else {
+                (c.open * c.done.weight + covered * covered * w).clamp(0.0, w)
+            };
             if c.done.weight > 0.0 {
                 light += c.done.light * (o / c.done.weight);
                 occluded += c.done.occlusion * (o / c.done.weight);
@@ -382,17 +450,20 @@ impl Raster {
 
 /// A deposit this many times as far away as the latest one begins a new layer.
 const GAP: f32 = 1.25;
-/// Squares are this much wider than their solid angle asks for, and as much thinner: groups of one surface then cover it evenly.
-/// Measured: with 1 a closed box stays 5 % open at maxsolidangle 0.1, with 1.4 2.4 %, and open scenes do not notice.
+/// Squares are this much wider than their solid angle asks for, and as much thinner: groups of one
+/// surface then cover it evenly. Measured: with 1 a closed box stays 5 % open at maxsolidangle 0.1,
+/// with 1.4 2.4 %, and open scenes do not notice.
 const SPREAD: f32 = 1.4;
 /// Smallest side of a splat, in cells: smaller ones are spread, so that cells fill evenly.
 const LEAST_SIDE: f32 = 1.0;
-/// A layer that covers this much of a cell is taken to cover all: what discs and squares of a whole surface leave of a cell when their
-/// excess over others is cut. Measured: 0.78 leaves 0.2 % open inside a closed box, 0.88 0.5 %.
+/// A layer that covers this much of a cell is taken to cover all: what discs and squares of a whole
+/// surface leave of a cell when their excess over others is cut. Measured: 0.78 leaves 0.2 % open
+/// inside a closed box, 0.88 0.5 %.
 const FILLED: f32 = 0.78;
 /// Shares below this are taken as they are; in between the share grows evenly to 1.
 const KNEE: f32 = 0.7;
-/// Elements seen large cover fully to about their radius and fade out to √1.6 of it: discs of one plane leave gaps, these do not.
+/// Elements seen large cover fully to about their radius and fade out to √1.6 of it: discs of one
+/// plane leave gaps, these do not.
 const FADE: f32 = 1.6;
 /// How fast, in squared radii.
 const FADE_SLOPE: f32 = 1.5;
@@ -411,7 +482,10 @@ mod tests {
         }
         assert_eq!(square_from_direction(Vec3::Z), Vec2::splat(0.5));
         let shape = Shape::new(16, 0.0);
-        assert!((shape.mean_cos.iter().sum::<f32>() * shape.solid_angle() - std::f32::consts::PI).abs() < 1e-4);
+        assert!(
+            (shape.mean_cos.iter().sum::<f32>() * shape.solid_angle() - std::f32::consts::PI).abs()
+                < 1e-4
+        );
     }
 
     #[test]
@@ -420,15 +494,33 @@ mod tests {
         let mut raster = Raster::new(&shape);
         raster.reset(&shape, Vec3::Z);
         let empty = raster.result(&shape, None).0;
-        assert!(empty.occlusion == 0.0 && (empty.open - std::f32::consts::PI).abs() < 1e-4 && empty.bent_normal.z > 0.6);
+        assert!(
+            empty.occlusion == 0.0
+                && (empty.open - std::f32::consts::PI).abs() < 1e-4
+                && empty.bent_normal.z > 0.6
+        );
         let mut rng = Rng::new(1, Stream::Test, 4, 0);
         for _ in 0..20_000 {
             let w = sample_uniform_hemisphere(rng.next_2d());
-            raster.splat(&shape, &Splat { w, solid_angle: 0.02, radiance: Rgb::splat(2.0), occlusion: 1.0, distance: 1.0, face: Face::Mixed });
+            raster.splat(
+                &shape,
+                &Splat {
+                    w,
+                    solid_angle: 0.02,
+                    radiance: Rgb::splat(2.0),
+                    occlusion: 1.0,
+                    distance: 1.0,
+                    face: Face::Mixed,
+                },
+            );
         }
         assert!(raster.is_closed() && raster.is_full(&shape, Vec3::X, 1.0));
         let full = raster.result(&shape, None).0;
-        assert!((full.occlusion - 1.0).abs() < 1e-3 && full.open.abs() < 2e-3 && (full.irradiance.x / (2.0 * std::f32::consts::PI) - 1.0).abs() < 2e-3);
+        assert!(
+            (full.occlusion - 1.0).abs() < 1e-3
+                && full.open.abs() < 2e-3
+                && (full.irradiance.x / (2.0 * std::f32::consts::PI) - 1.0).abs() < 2e-3
+        );
     }
 
     #[test]
@@ -437,10 +529,22 @@ mod tests {
         let mut raster = Raster::new(&shape);
         for h in [0.25f32, 0.5, 1.0, 1.5] {
             raster.reset(&shape, Vec3::Z);
-            raster.disc(&shape, Vec3::Z * h, -Vec3::Z, 0.5, [Some(Rgb::ONE), None], f32::INFINITY, |_| 1.0);
+            raster.disc(
+                &shape,
+                Vec3::Z * h,
+                -Vec3::Z,
+                0.5,
+                [Some(Rgb::ONE), None],
+                f32::INFINITY,
+                |_| 1.0,
+            );
             let exact = 0.25 / (0.25 + h * h);
             let got = raster.result(&shape, None).0;
-            assert!(got.occlusion > exact && got.occlusion < 1.4 * exact, "{h}: {} for {exact}", got.occlusion);
+            assert!(
+                got.occlusion > exact && got.occlusion < 1.4 * exact,
+                "{h}: {} for {exact}",
+                got.occlusion
+            );
             assert!((got.irradiance.x / std::f32::consts::PI / got.occlusion - 1.0).abs() < 1e-4);
         }
         // Seen from behind, its back is not there.

@@ -12,7 +12,8 @@ pub enum Overlap {
     /// A raster of the hemisphere around every receiver, filled from near to far.
     #[default]
     Raster,
-    /// The plain sum, in which every element counts by how much it is itself unoccluded; `accessibility_passes` passes.
+    /// The plain sum, in which every element counts by how much it is itself unoccluded;
+    /// `accessibility_passes` passes.
     Bunnell,
     /// The plain sum.
     None,
@@ -49,7 +50,8 @@ pub enum RadiositySource {
     /// Direct light and bounces gathered from the elements themselves.
     #[default]
     Bounces,
-    /// Direct light and the proxy's indirect light (photons and rays between cells): all bounces, by rays.
+    /// Direct light and the proxy's indirect light (photons and rays between cells): all bounces,
+    /// by rays.
     Photon,
 }
 
@@ -65,13 +67,15 @@ pub struct PointsSettings {
     pub direct_samples: u32,
     /// Where the light on the elements comes from. Default `bounces`.
     pub radiosity: RadiositySource,
-    /// Bounces on the elements before the last one, at the receiver: 0 is direct light only, up to 100. Default 4.
+    /// Bounces on the elements before the last one, at the receiver: 0 is direct light only, up to
+    /// 100. Default 4.
     pub bounces: u32,
     /// Estimate the bounces after the last as a geometric series. Default true.
     pub tail: bool,
     /// Only true: the gather knows no rays (`--method gather` and `nearfar gather --traced` do).
     pub pointbased: bool,
-    /// Largest solid angle of a group of elements that is taken as one, steradians, 0 to 1; 0 takes every element by itself. Default 0.05.
+    /// Largest solid angle of a group of elements that is taken as one, steradians, 0 to 1; 0 takes
+    /// every element by itself. Default 0.05.
     pub maxsolidangle: f32,
     /// Elements farther than this are not there. Default infinite.
     pub maxdist: f32,
@@ -81,23 +85,27 @@ pub struct PointsSettings {
     pub falloffmode: FalloffMode,
     /// Jitter of receivers in their plane, as a fraction of the pixel, 0 to 1. Default 0.
     pub samplebase: f32,
-    /// Largest error of occlusion that gathers at few places and interpolation between them may bring, 0 to 1: places lie closer where
-    /// occlusion bends more than this, light more than three times as much of itself, or surfaces are near. 0 gathers at every point; only
-    /// with `overlap = "raster"`. Default 0.02.
+    /// Largest error of occlusion that gathers at few places and interpolation between them may
+    /// bring, 0 to 1: places lie closer where occlusion bends more than this, light more than three
+    /// times as much of itself, or surfaces are near. 0 gathers at every point; only with `overlap
+    /// = "raster"`. Default 0.02.
     pub maxvariation: f32,
     /// Elements that rise less than this above the receiver's plane are not there. Default 0.
     pub bias: f32,
-    /// Of the plain sums (`overlap` `none` and `bunnell`): occlusion above 1 is cut, and light with it. Default true.
+    /// Of the plain sums (`overlap` `none` and `bunnell`): occlusion above 1 is cut, and light with
+    /// it. Default true.
     pub clamp: bool,
     /// Sides of elements that are there. Default `both`.
     pub hitsides: HitSides,
-    /// Half angle of the cone that is looked into, degrees above 0 to 90. Default 90: the hemisphere.
+    /// Half angle of the cone that is looked into, degrees above 0 to 90. Default 90: the
+    /// hemisphere.
     pub coneangle: f32,
     /// What is done about overlap. Default `raster`.
     pub overlap: Overlap,
     /// Cells along a side of the raster, 4 to 32. Default 16.
     pub microbufres: u32,
-    /// Passes of `overlap = "bunnell"`, 1 to 16. Default 1: halfway between the plain sum and the once corrected one.
+    /// Passes of `overlap = "bunnell"`, 1 to 16. Default 1: halfway between the plain sum and the
+    /// once corrected one.
     pub accessibility_passes: u32,
 }
 
@@ -148,21 +156,39 @@ impl PointsSettings {
             ("microbufres", f64::from(self.microbufres), 4.0, 32.0),
             ("accessibility_passes", f64::from(self.accessibility_passes), 1.0, 16.0),
         ];
-        if let Some((key, value, low, high)) = ranges.into_iter().find(|&(_, value, low, high)| !(low..=high).contains(&value)) {
-            return Err(Error::setting(format!("points.{key}"), format!("{value} is not between {low} and {high}")));
+        if let Some((key, value, low, high)) =
+            ranges.into_iter().find(|&(_, value, low, high)| !(low..=high).contains(&value))
+        {
+            return Err(Error::setting(
+                format!("points.{key}"),
+                format!("{value} is not between {low} and {high}"),
+            ));
         }
         if !self.pointbased {
-            return Err(Error::setting("points.pointbased", "this method knows no rays: use --method gather, or nearfar gather --traced"));
+            return Err(Error::setting(
+                "points.pointbased",
+                "this method knows no rays: use --method gather, or nearfar gather --traced",
+            ));
         }
-        if self.falloffmode == FalloffMode::Polynomial && self.falloff > 0.0 && self.maxdist.is_infinite() {
-            return Err(Error::setting("points.falloffmode", "\"polynomial\" needs a finite points.maxdist"));
+        if self.falloffmode == FalloffMode::Polynomial
+            && self.falloff > 0.0
+            && self.maxdist.is_infinite()
+        {
+            return Err(Error::setting(
+                "points.falloffmode",
+                "\"polynomial\" needs a finite points.maxdist",
+            ));
         }
         Ok(())
     }
 
     /// How fine to dice.
     pub fn dicing(&self) -> Density {
-        if self.density > 0.0 { Density::PerArea(self.density) } else { Density::Elements(self.elements) }
+        if self.density > 0.0 {
+            Density::PerArea(self.density)
+        } else {
+            Density::Elements(self.elements)
+        }
     }
 
     /// Weight of occlusion at a distance.
@@ -199,6 +225,10 @@ mod tests {
         assert!(toml::from_str::<PointsSettings>("max_solid_angle = 3").is_err());
         let s: PointsSettings =
             toml::from_str("falloff = 2.0\nfalloffmode = \"polynomial\"\nmaxdist = 4.0\nhitsides = \"front\"\noverlap = \"bunnell\"").unwrap();
-        assert!(s.validate().is_ok() && (s.weight(1.0) - 0.5625).abs() < 1e-6 && s.hitsides == HitSides::Front);
+        assert!(
+            s.validate().is_ok()
+                && (s.weight(1.0) - 0.5625).abs() < 1e-6
+                && s.hitsides == HitSides::Front
+        );
     }
 }

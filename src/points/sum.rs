@@ -5,13 +5,17 @@
 //! none       a = 1
 //! bunnell    a_e = mean over the element's sides of 1 − occlusion there, by the sum with the a of the pass before (first 1); the last two averaged
 //! ```
-//! Every element counts by how much it is itself seen: what lies behind something is shadowed by it, so surfaces behind one another
-//! count about once `[Bunnell05]`. Corrected once, occlusion is too weak (an element that is half hidden from the sky may be in full view of the
-//! receiver), and passes alternate around their limit: as there, the last two are blended.
+//! Every element counts by how much it is itself seen: what lies behind something is shadowed by
+//! it, so surfaces behind one another count about once `[Bunnell05]`. Corrected once, occlusion is
+//! too weak (an element that is half hidden from the sky may be in full view of the receiver), and
+//! passes alternate around their limit: as there, the last two are blended.
 //!
-//! Guarantees  the exact form factor of discs (as octagons, Lambert's formula) nearer than 4 radii: Σ F = 1 inside closed surfaces.
-//! Not         occlusion, where things overlap and `overlap = "none"`; with `clamp` sums above 1 are cut and their light with them.
-//! Cost        as [`super::Gather`] without the raster; `bunnell` a sum per small group of elements, side and pass beforehand.
+//! Guarantees  the exact form factor of discs (as octagons, Lambert's formula) nearer than 4 radii:
+//!             Σ F = 1 inside closed surfaces.
+//! Not         occlusion, where things overlap and `overlap = "none"`; with `clamp` sums above 1
+//!             are cut and their light with them.
+//! Cost        as [`super::Gather`] without the raster; `bunnell` a sum per small group of
+//!             elements, side and pass beforehand.
 
 use glam::Vec3;
 
@@ -39,7 +43,9 @@ impl Accessibility {
         let mut sums = vec![0.0f32; tree.nodes.len()];
         for (i, node) in tree.nodes.iter().enumerate().rev() {
             sums[i] = if node.count > 0 {
-                (node.next as usize..node.next as usize + usize::from(node.count)).map(|e| tree.discs[e].area() * discs[e]).sum()
+                (node.next as usize..node.next as usize + usize::from(node.count))
+                    .map(|e| tree.discs[e].area() * discs[e])
+                    .sum()
             } else {
                 sums[i + 1] + sums[node.next as usize]
             };
@@ -75,7 +81,12 @@ fn disc_integral(disc: &Disc, d: Vec3, normal: Vec3) -> f32 {
 }
 
 /// The plain sum at a receiver; `weights` from the passes of `bunnell`.
-pub fn sum(tree: &Hierarchy, settings: &PointsSettings, weights: Option<&Accessibility>, r: &Receiver) -> Gathered {
+pub fn sum(
+    tree: &Hierarchy,
+    settings: &PointsSettings,
+    weights: Option<&Accessibility>,
+    r: &Receiver,
+) -> Gathered {
     let limit = settings.maxsolidangle * std::f32::consts::FRAC_1_PI;
     let (mut occlusion, mut light, mut bent, mut blocked) = (0.0f32, Rgb::ZERO, Vec3::ZERO, 0.0f32);
     let cone = settings.coneangle.to_radians().cos();
@@ -84,7 +95,10 @@ pub fn sum(tree: &Hierarchy, settings: &PointsSettings, weights: Option<&Accessi
         let node = &tree.nodes[id as usize];
         let d = node.center - r.p;
         let (d2, size) = (d.length_squared(), node.radius * node.radius);
-        if d.dot(r.ng) + node.radius <= settings.bias || d.dot(r.ns) + node.radius <= 0.0 || d2.sqrt() - node.radius > settings.maxdist {
+        if d.dot(r.ng) + node.radius <= settings.bias
+            || d.dot(r.ns) + node.radius <= 0.0
+            || d2.sqrt() - node.radius > settings.maxdist
+        {
             continue;
         }
         let mut add = |w: Vec3, integral: f32, distance: f32, radiance: Rgb, weight: f32| {
@@ -100,8 +114,16 @@ pub fn sum(tree: &Hierarchy, settings: &PointsSettings, weights: Option<&Accessi
             let distance = d2.sqrt();
             let w = d / distance;
             let cos = w.dot(r.ns);
-            if let (true, Some(Seen { area, radiance, .. })) = (cos > 0.0, seen(node, &tree.appearances[id as usize], w)) {
-                add(w, area * cos / d2, distance, radiance, weights.map_or(1.0, |a| a.nodes[id as usize]));
+            if let (true, Some(Seen { area, radiance, .. })) =
+                (cos > 0.0, seen(node, &tree.appearances[id as usize], w))
+            {
+                add(
+                    w,
+                    area * cos / d2,
+                    distance,
+                    radiance,
+                    weights.map_or(1.0, |a| a.nodes[id as usize]),
+                );
             }
         } else if node.count == 0 {
             stack.extend([id + 1, node.next]);
@@ -116,7 +138,13 @@ pub fn sum(tree: &Hierarchy, settings: &PointsSettings, weights: Option<&Accessi
                 }
                 let side = usize::from(disc.n.get().dot(d) > 0.0);
                 let w = d.normalize_or(r.ns);
-                add(w, disc_integral(disc, d, r.ns), d.length(), disc.radiosity[side].get(), weights.map_or(1.0, |a| a.discs[e]));
+                add(
+                    w,
+                    disc_integral(disc, d, r.ns),
+                    d.length(),
+                    disc.radiosity[side].get(),
+                    weights.map_or(1.0, |a| a.discs[e]),
+                );
             }
         }
     }
@@ -151,9 +179,21 @@ mod tests {
 
     fn tree(quads: &[[Vec3; 4]], count: u64) -> Hierarchy {
         let positions: Vec<Vec3> = quads.iter().flatten().copied().collect();
-        let triangles = (0..quads.len() as u32).flat_map(|q| [[4 * q, 4 * q + 1, 4 * q + 2], [4 * q, 4 * q + 2, 4 * q + 3]]).collect();
-        let mesh = Mesh { positions, triangles, materials: vec![0; 2 * quads.len()], sides: Sides::Two, ..Mesh::default() };
-        let g = Geometry::new(&Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Scene::default() });
+        let triangles = (0..quads.len() as u32)
+            .flat_map(|q| [[4 * q, 4 * q + 1, 4 * q + 2], [4 * q, 4 * q + 2, 4 * q + 3]])
+            .collect();
+        let mesh = Mesh {
+            positions,
+            triangles,
+            materials: vec![0; 2 * quads.len()],
+            sides: Sides::Two,
+            ..Mesh::default()
+        };
+        let g = Geometry::new(&Scene {
+            meshes: vec![mesh],
+            materials: vec![Material::default()],
+            ..Scene::default()
+        });
         let (cloud, _) = Cloud::from_pieces(&g, &dice(&g, Density::Elements(count)).unwrap());
         Hierarchy::new(&cloud, HitSides::Both).unwrap()
     }
@@ -161,29 +201,52 @@ mod tests {
     #[test]
     fn form_factors_of_a_closed_surface_sum_to_one() {
         let c = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32);
-        let cube = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]].map(|f| f.map(c));
+        let cube =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+                .map(|f| f.map(c));
         let tree = tree(&cube, 60_000);
-        // The tolerance is that of groups, and of discs that stick out of the edges of the box or leave its corners open.
+        // The tolerance is that of groups, and of discs that stick out of the edges of the box or
+        // leave its corners open.
         for (solid_angle, tolerance) in [(0.0, 0.004), (0.01, 0.012), (0.05, 0.025), (0.2, 0.06)] {
-            let settings = PointsSettings { maxsolidangle: solid_angle, overlap: Overlap::None, clamp: false, ..PointsSettings::default() };
-            for (p, n) in
-                [(Vec3::new(0.5, 1e-4, 0.5), Vec3::Y), (Vec3::new(0.2, 0.3, 0.4), Vec3::new(0.5, 0.7, -0.2).normalize()), (Vec3::new(0.03, 0.5, 0.9), Vec3::X)]
-            {
+            let settings = PointsSettings {
+                maxsolidangle: solid_angle,
+                overlap: Overlap::None,
+                clamp: false,
+                ..PointsSettings::default()
+            };
+            for (p, n) in [
+                (Vec3::new(0.5, 1e-4, 0.5), Vec3::Y),
+                (Vec3::new(0.2, 0.3, 0.4), Vec3::new(0.5, 0.7, -0.2).normalize()),
+                (Vec3::new(0.03, 0.5, 0.9), Vec3::X),
+            ] {
                 let g = sum(&tree, &settings, None, &Receiver { p, ng: n, ns: n });
-                assert!((g.occlusion - 1.0).abs() < tolerance, "{solid_angle} at {p}: {}", g.occlusion);
+                assert!(
+                    (g.occlusion - 1.0).abs() < tolerance,
+                    "{solid_angle} at {p}: {}",
+                    g.occlusion
+                );
             }
         }
     }
 
     #[test]
     fn near_discs_by_their_closed_form() {
-        let disc = |n: Vec3| Disc { p: Vec3::ZERO, signed_area: 1.0, n: super::super::pack::PackedNormal::new(n), radiosity: Default::default() };
+        let disc = |n: Vec3| Disc {
+            p: Vec3::ZERO,
+            signed_area: 1.0,
+            n: super::super::pack::PackedNormal::new(n),
+            radiosity: Default::default(),
+        };
         let r2 = std::f32::consts::FRAC_1_PI;
         for h in [0.0f32, 0.01, 0.3, 1.0, 2.0, 2.3, 4.0] {
             let exact = r2 / (r2 + h * h);
-            let got = disc_integral(&disc(-Vec3::Z), Vec3::Z * h, Vec3::Z) * std::f32::consts::FRAC_1_PI;
+            let got =
+                disc_integral(&disc(-Vec3::Z), Vec3::Z * h, Vec3::Z) * std::f32::consts::FRAC_1_PI;
             // An octagon for a disc, and its far form from 4 radii (2.26) on.
-            assert!(got.is_finite() && (h == 0.0 || (got / exact - 1.0).abs() < 0.016), "{h}: {got} for {exact}");
+            assert!(
+                got.is_finite() && (h == 0.0 || (got / exact - 1.0).abs() < 0.016),
+                "{h}: {got} for {exact}"
+            );
         }
     }
 }

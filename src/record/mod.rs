@@ -3,13 +3,17 @@
 //! ```text
 //! pixel = mean over camera samples of [ seen emission + albedo · (direct irradiance + E(point of the sample)) / π ]
 //! ```
-//! Camera samples (`spp` a pixel, drawn by the pixel filter) carry visibility, albedo and direct light. Indirect irradiance E is evaluated at **shading
-//! points**: the samples of one pixel that lie on one surface (like normal, like plane) share a point at their mean position (on a curved surface at the first one's), weighted by
-//! their summed albedo. A pixel across an edge gets a point for each side, so edges stay antialiased at about 1.1 points a pixel.
+//! Camera samples (`spp` a pixel, drawn by the pixel filter) carry visibility, albedo and direct
+//! light. Indirect irradiance E is evaluated at **shading points**: the samples of one pixel that
+//! lie on one surface (like normal, like plane) share a point at their mean position (on a curved
+//! surface at the first one's), weighted by their summed albedo. A pixel across an edge gets a
+//! point for each side, so edges stay antialiased at about 1.1 points a pixel.
 //!
-//! Input   [`World`], [`RecordSettings`], seed. Output  [`CameraSamples`]; the source's "pass 1" `[Course07]`.
-//! Guarantees  samples and points do not depend on the method or the thread count. Sky light on surfaces is not in `direct`; the sky that
-//!             the camera sees is in `emission`. Cost  `spp · (1 + light_samples)` rays a pixel; about 100 B a pixel.
+//! Input   [`World`], [`RecordSettings`], seed. Output  [`CameraSamples`]; the source's "pass 1"
+//!         `[Course07]`.
+//! Guarantees  samples and points do not depend on the method or the thread count. Sky light on
+//!             surfaces is not in `direct`; the sky that the camera sees is in `emission`. Cost
+//!             `spp · (1 + light_samples)` rays a pixel; about 100 B a pixel.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -31,7 +35,8 @@ pub struct RecordSettings {
     pub spp: u32,
     /// Pixel filter, of every method: path tracing too.
     pub filter: FilterShape,
-    /// Where the filter ends, in pixels from the centre, above 0 and at most 8; default ½ for the box, 1 for the tent, 1½ for the Gaussian.
+    /// Where the filter ends, in pixels from the centre, above 0 and at most 8; default ½ for the
+    /// box, 1 for the tent, 1½ for the Gaussian.
     pub filter_radius: Option<f32>,
     /// Cosine of the largest angle between normals that share a shading point.
     pub share_normal_cos: f32,
@@ -41,7 +46,13 @@ pub struct RecordSettings {
 
 impl Default for RecordSettings {
     fn default() -> Self {
-        Self { spp: 16, filter: FilterShape::Box, filter_radius: None, share_normal_cos: 0.97, share_plane: 0.5 }
+        Self {
+            spp: 16,
+            filter: FilterShape::Box,
+            filter_radius: None,
+            share_normal_cos: 0.97,
+            share_plane: 0.5,
+        }
     }
 }
 
@@ -53,9 +64,15 @@ impl RecordSettings {
             return Err(Error::setting("record.spp", format!("{} is not in 1..=4096", self.spp)));
         }
         if !self.filter_radius.is_none_or(|r| r > 0.0 && r <= 8.0) {
-            return Err(Error::setting("record.filter_radius", "must be above 0 and at most 8 pixels"));
+            return Err(Error::setting(
+                "record.filter_radius",
+                "must be above 0 and at most 8 pixels",
+            ));
         }
-        if !(self.share_normal_cos.is_finite() && self.share_plane.is_finite() && self.share_plane >= 0.0) {
+        if !(self.share_normal_cos.is_finite()
+            && self.share_plane.is_finite()
+            && self.share_plane >= 0.0)
+        {
             return Err(Error::setting("record.share_plane", "must be finite and not negative"));
         }
         Ok(())
@@ -63,7 +80,10 @@ impl RecordSettings {
 
     /// The pixel filter with its radius.
     pub fn pixel_filter(&self) -> PixelFilter {
-        PixelFilter { shape: self.filter, radius: self.filter_radius.unwrap_or(self.filter.default_radius()) }
+        PixelFilter {
+            shape: self.filter,
+            radius: self.filter_radius.unwrap_or(self.filter.default_radius()),
+        }
     }
 }
 
@@ -76,7 +96,8 @@ pub struct ShadingPoints {
     pub ng: Vec<Vec3>,
     /// Unit shading normal of the seen side.
     pub ns: Vec<Vec3>,
-    /// Σ albedo of the samples that share the point, over `spp`: the pixel's indirect light is Σ `albedo_weight · E / π`.
+    /// Σ albedo of the samples that share the point, over `spp`: the pixel's indirect light is Σ
+    /// `albedo_weight · E / π`.
     pub albedo_weight: Vec<Rgb>,
     /// Pixel (row · width + column).
     pub pixel: Vec<u32>,
@@ -156,11 +177,18 @@ impl Row {
 ///
 /// # Errors
 /// [`Error::Interrupted`].
-pub fn camera_samples(world: &World, settings: &RecordSettings, direct: &DirectSettings, seed: u64, run: &Run) -> Result<CameraSamples> {
+pub fn camera_samples(
+    world: &World,
+    settings: &RecordSettings,
+    direct: &DirectSettings,
+    seed: u64,
+    run: &Run,
+) -> Result<CameraSamples> {
     camera_samples_where(world, settings, direct, seed, run, &|_, _| true)
 }
 
-/// As [`camera_samples`], but only in the pixels (x, y) that are `wanted`; the others stay black and without points.
+/// As [`camera_samples`], but only in the pixels (x, y) that are `wanted`; the others stay black
+/// and without points.
 ///
 /// # Errors
 /// [`Error::Interrupted`].
@@ -215,17 +243,28 @@ pub fn camera_samples_where(
     Ok(out)
 }
 
-fn pixel(world: &World, settings: &RecordSettings, direct_settings: &DirectSettings, seed: u64, x: u32, y: u32, row: &mut Row) {
+fn pixel(
+    world: &World,
+    settings: &RecordSettings,
+    direct_settings: &DirectSettings,
+    seed: u64,
+    x: u32,
+    y: u32,
+    row: &mut Row,
+) {
     let index = y * world.camera.width + x;
     let lens = Sobol::new(seed, Stream::Camera, u64::from(index));
     let lamp = Sobol::new(seed, Stream::Direct, u64::from(index));
     let (_, _, forward) = world.camera.axes();
     let (spp, filter) = (settings.spp as f32, settings.pixel_filter());
-    let (mut emission, mut direct, mut albedo, mut normal, mut position, mut depth) = (Rgb::ZERO, Rgb::ZERO, Rgb::ZERO, Vec3::ZERO, Vec3::ZERO, 0.0);
+    let (mut emission, mut direct, mut albedo, mut normal, mut position, mut depth) =
+        (Rgb::ZERO, Rgb::ZERO, Rgb::ZERO, Vec3::ZERO, Vec3::ZERO, 0.0);
     let mut groups: Vec<Group> = Vec::new();
     let mut hits = 0.0;
     for s in 0..settings.spp {
-        let dir = world.camera.direction(Vec2::new(x as f32, y as f32) + filter.position(lens.sample_2d(s, 0)));
+        let dir = world
+            .camera
+            .direction(Vec2::new(x as f32, y as f32) + filter.position(lens.sample_2d(s, 0)));
         let Some(surface) = world.closest(&Ray::new(world.camera.eye, dir)) else {
             emission += world.lights.background(dir);
             continue;
@@ -241,10 +280,11 @@ fn pixel(world: &World, settings: &RecordSettings, direct_settings: &DirectSetti
             continue;
         }
         let count = direct_settings.light_samples;
-        let (e, rays) = direct_irradiance(world, surface.p, surface.ng, surface.ns, count, &mut |i| {
-            let k = s * count + i;
-            (lamp.sample_1d(k, 0), lamp.sample_2d(k, 1))
-        });
+        let (e, rays) =
+            direct_irradiance(world, surface.p, surface.ng, surface.ns, count, &mut |i| {
+                let k = s * count + i;
+                (lamp.sample_1d(k, 0), lamp.sample_2d(k, 1))
+            });
         row.shadow_rays += rays;
         direct += surface.albedo * e * std::f32::consts::FRAC_1_PI;
         let reach = settings.share_plane * z * world.camera.pixel_angle();
@@ -261,7 +301,14 @@ fn pixel(world: &World, settings: &RecordSettings, direct_settings: &DirectSetti
                 g.albedo += surface.albedo;
                 g.count += 1.0;
             }
-            None => groups.push(Group { first: surface, bend: 0.0, p: surface.p, ns: surface.ns, albedo: surface.albedo, count: 1.0 }),
+            None => groups.push(Group {
+                first: surface,
+                bend: 0.0,
+                p: surface.p,
+                ns: surface.ns,
+                albedo: surface.albedo,
+                count: 1.0,
+            }),
         }
     }
     row.emission.push(emission / spp);
@@ -271,8 +318,10 @@ fn pixel(world: &World, settings: &RecordSettings, direct_settings: &DirectSetti
     row.position.push(if hits > 0.0 { position / hits } else { Vec3::ZERO });
     row.depth.push(if hits > 0.0 { depth / hits } else { f32::INFINITY });
     for g in groups {
-        // On a curved surface the mean would lie inside the body, and rays from there would meet its inner side.
-        let flat = g.bend <= offset_origin(g.first.p, g.first.ng, world.diagonal).distance(g.first.p);
+        // On a curved surface the mean would lie inside the body, and rays from there would meet
+        // its inner side.
+        let flat =
+            g.bend <= offset_origin(g.first.p, g.first.ng, world.diagonal).distance(g.first.p);
         let p = if flat { g.p / g.count } else { g.first.p };
         row.points.p.push(offset_origin(p, g.first.ng, world.diagonal));
         row.points.ng.push(g.first.ng);
@@ -284,15 +333,16 @@ fn pixel(world: &World, settings: &RecordSettings, direct_settings: &DirectSetti
 }
 
 impl CameraSamples {
-    /// The image for an irradiance at every shading point, with the layers that all methods share: beauty, direct, emission, indirect,
-    /// irradiance (albedo-weighted mean), albedo, N, P, depth.
+    /// The image for an irradiance at every shading point, with the layers that all methods share:
+    /// beauty, direct, emission, indirect, irradiance (albedo-weighted mean), albedo, N, P, depth.
     ///
     /// `irradiance` has one entry a point.
     pub fn compose(&self, irradiance: &[Rgb]) -> Film {
         let pixels = (self.width * self.height) as usize;
         let indirect = self.reflect(irradiance);
         let mut film = Film::new(self.width, self.height);
-        let beauty: Vec<Rgb> = (0..pixels).map(|i| self.emission[i] + self.direct[i] + indirect[i]).collect();
+        let beauty: Vec<Rgb> =
+            (0..pixels).map(|i| self.emission[i] + self.direct[i] + indirect[i]).collect();
         film.set_rgb("", &beauty);
         film.set_rgb("direct", &self.direct);
         film.set_rgb("emission", &self.emission);
@@ -305,10 +355,13 @@ impl CameraSamples {
         film
     }
 
-    /// Per pixel Σ `albedo_weight · value / π`: what a value of irradiance at the points adds to the picture.
+    /// Per pixel Σ `albedo_weight · value / π`: what a value of irradiance at the points adds to
+    /// the picture.
     pub fn reflect(&self, values: &[Rgb]) -> Vec<Rgb> {
         let mut out = vec![Rgb::ZERO; (self.width * self.height) as usize];
-        for ((&pixel, &weight), &value) in self.points.pixel.iter().zip(&self.points.albedo_weight).zip(values) {
+        for ((&pixel, &weight), &value) in
+            self.points.pixel.iter().zip(&self.points.albedo_weight).zip(values)
+        {
             out[pixel as usize] += weight * value * std::f32::consts::FRAC_1_PI;
         }
         out
@@ -318,7 +371,9 @@ impl CameraSamples {
     pub fn mean(&self, values: &[Rgb]) -> Vec<Rgb> {
         let pixels = (self.width * self.height) as usize;
         let (mut sum, mut weight) = (vec![Rgb::ZERO; pixels], vec![0.0; pixels]);
-        for ((&pixel, &albedo), &value) in self.points.pixel.iter().zip(&self.points.albedo_weight).zip(values) {
+        for ((&pixel, &albedo), &value) in
+            self.points.pixel.iter().zip(&self.points.albedo_weight).zip(values)
+        {
             let w = albedo.element_sum();
             sum[pixel as usize] += value * w;
             weight[pixel as usize] += w;

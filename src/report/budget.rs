@@ -1,6 +1,7 @@
 //! Where the error of a decomposition picture sits: one part at a time is swapped for an exact one.
 //!
-//! Every row is the final image on a lattice of pixels, against the same two-half ground truth (see [`super::Halves`]):
+//! Every row is the final image on a lattice of pixels, against the same two-half ground truth (see
+//! [`super::Halves`]):
 //!
 //! | Row | Indirect irradiance at a shading point |
 //! |---|---|
@@ -81,14 +82,31 @@ pub fn budget(
 ) -> Result<Vec<BudgetRow>> {
     let prepared = prepare(world, settings, inputs, run)?;
     let wanted = |x: u32, y: u32| x % stride == stride / 2 && y % stride == stride / 2;
-    let at = |direct: &DirectSettings| camera_samples_where(world, inputs.record, direct, inputs.seed, run, &wanted);
+    let at = |direct: &DirectSettings| {
+        camera_samples_where(world, inputs.record, direct, inputs.seed, run, &wanted)
+    };
     let samples = at(inputs.direct)?;
     let (width, height) = (samples.width, samples.height);
-    let pixels: Vec<u32> = (0..height).flat_map(|y| (0..width).filter(move |&x| wanted(x, y)).map(move |x| y * width + x)).collect();
+    let pixels: Vec<u32> = (0..height)
+        .flat_map(|y| (0..width).filter(move |&x| wanted(x, y)).map(move |x| y * width + x))
+        .collect();
     let pick = |v: &[Rgb]| pixels.iter().map(|&i| v[i as usize]).collect::<Vec<_>>();
-    let truth = Truth { mean: pick(&truth.mean), halves: truth.halves.as_ref().map(|h| Halves(pick(&h.0), pick(&h.1))) };
-    let lattice =
-        Lattice { world, proxy: prepared.stage.proxy(), samples, pixels, truth, settings, alpha: prepared.lengths.alpha, gather_rays, seed: inputs.seed, run };
+    let truth = Truth {
+        mean: pick(&truth.mean),
+        halves: truth.halves.as_ref().map(|h| Halves(pick(&h.0), pick(&h.1))),
+    };
+    let lattice = Lattice {
+        world,
+        proxy: prepared.stage.proxy(),
+        samples,
+        pixels,
+        truth,
+        settings,
+        alpha: prepared.lengths.alpha,
+        gather_rays,
+        seed: inputs.seed,
+        run,
+    };
     let exact_direct = at(&DirectSettings { light_samples: inputs.direct.light_samples * 16 })?;
     lattice.rows(&prepared, &exact_direct)
 }
@@ -101,18 +119,64 @@ impl Lattice<'_> {
         let power = self.settings.blend_normal_power;
         let field = FarField::new(&prepared.clusters, &prepared.sh, radius, power);
         let clustered = |near| -> Result<Vec<Rgb>> {
-            let found = reconstruct(self.world, self.proxy, &self.samples.points, &field, Some(&tree), None, &with(near), self.seed, self.run)?;
+            let found = reconstruct(
+                self.world,
+                self.proxy,
+                &self.samples.points,
+                &field,
+                Some(&tree),
+                None,
+                &with(near),
+                self.seed,
+                self.run,
+            )?;
             Ok(found.iter().map(|f| f.total).collect())
         };
         let rendered = clustered(self.settings.near_visibility)?;
-        let mut rows = vec![self.row("as rendered", &self.samples, &rendered), self.row("exact direct light", exact_direct, &rendered)];
-        rows.push(self.row("proxy", &self.samples, &gather(self.world, self.proxy, &self.samples.points, self.gather_rays, self.seed, self.run)?));
+        let mut rows = vec![
+            self.row("as rendered", &self.samples, &rendered),
+            self.row("exact direct light", exact_direct, &rendered),
+        ];
+        rows.push(self.row(
+            "proxy",
+            &self.samples,
+            &gather(
+                self.world,
+                self.proxy,
+                &self.samples.points,
+                self.gather_rays,
+                self.seed,
+                self.run,
+            )?,
+        ));
         let off = with(NearVisibility::Off);
         rows.push(self.row("own SH, no near sum", &self.samples, &self.own(&tree, 0.0, &off)?));
-        let (whole, _) = sample(self.world, self.proxy, &prepared.stage.samples.points, &prepared.clusters, &plain(self.settings), self.seed, self.run)?;
+        let (whole, _) = sample(
+            self.world,
+            self.proxy,
+            &prepared.stage.samples.points,
+            &prepared.clusters,
+            &plain(self.settings),
+            self.seed,
+            self.run,
+        )?;
         let whole_field = FarField::new(&prepared.clusters, &whole, radius, power);
-        let found = reconstruct(self.world, self.proxy, &self.samples.points, &whole_field, Some(&tree), None, &off, self.seed, self.run)?;
-        rows.push(self.row("SH interpolated, no near sum", &self.samples, &found.iter().map(|f| f.total).collect::<Vec<_>>()));
+        let found = reconstruct(
+            self.world,
+            self.proxy,
+            &self.samples.points,
+            &whole_field,
+            Some(&tree),
+            None,
+            &off,
+            self.seed,
+            self.run,
+        )?;
+        rows.push(self.row(
+            "SH interpolated, no near sum",
+            &self.samples,
+            &found.iter().map(|f| f.total).collect::<Vec<_>>(),
+        ));
         for (own, shared, near) in [
             ("own SH + near assumed", "SH interpolated + near assumed", NearVisibility::Assumed),
             ("own SH + near traced", "SH interpolated + near traced", NearVisibility::Traced),
@@ -125,11 +189,21 @@ impl Lattice<'_> {
 
     fn row(&self, part: &'static str, samples: &CameraSamples, irradiance: &[Rgb]) -> BudgetRow {
         let indirect = samples.reflect(irradiance);
-        let image: Vec<Rgb> = self.pixels.iter().map(|&i| i as usize).map(|i| samples.emission[i] + samples.direct[i] + indirect[i]).collect();
+        let image: Vec<Rgb> = self
+            .pixels
+            .iter()
+            .map(|&i| i as usize)
+            .map(|i| samples.emission[i] + samples.direct[i] + indirect[i])
+            .collect();
         BudgetRow { part, errors: errors(&image, &self.truth.mean, self.truth.halves.as_ref()) }
     }
 
-    fn each(&self, name: &'static str, rays: u64, f: impl Fn(usize, &ShadingPoints) -> Rgb + Sync) -> Result<Vec<Rgb>> {
+    fn each(
+        &self,
+        name: &'static str,
+        rays: u64,
+        f: impl Fn(usize, &ShadingPoints) -> Rgb + Sync,
+    ) -> Result<Vec<Rgb>> {
         let points = &self.samples.points;
         let phase = self.run.phase(name, points.len() as u64);
         let out = self.run.install(|| {
@@ -153,9 +227,30 @@ impl Lattice<'_> {
     fn own(&self, tree: &NearTree, alpha: f32, settings: &DecomposeSettings) -> Result<Vec<Rgb>> {
         let rich = DecomposeSettings { rays: self.gather_rays, ..settings.clone() };
         self.each("own SH", u64::from(self.gather_rays), |i, points| {
-            let sh: ShRgb = sample_cluster(self.world, self.proxy, points, &[i as u32], &rich, alpha, self.seed, i as u64);
+            let sh: ShRgb = sample_cluster(
+                self.world,
+                self.proxy,
+                points,
+                &[i as u32],
+                &rich,
+                alpha,
+                self.seed,
+                i as u64,
+            );
             let mut rng = Rng::new(self.seed, Stream::Near, i as u64, 1);
-            point(self.world, Some(tree), None, &sh, points.p[i], points.ns[i], settings, alpha, &mut rng).0.total
+            point(
+                self.world,
+                Some(tree),
+                None,
+                &sh,
+                points.p[i],
+                points.ns[i],
+                settings,
+                alpha,
+                &mut rng,
+            )
+            .0
+            .total
         })
     }
 }

@@ -1,7 +1,10 @@
-//! The chart of a comparison of methods: error over CPU seconds, both logarithmic, one line a method, as SVG.
+//! The chart of a comparison of methods: error over CPU seconds, both logarithmic, one line a
+//! method, as SVG.
 //!
-//! Points carry the value of their knob; a ring marks the default. The dashed line is the 1/samples law beyond the last measured point.
-//! Images of other renderers are triangles with their names. An error that is not above 0 (a picture as good as its reference) cannot be drawn. Text is left to the viewer's sans-serif font.
+//! Points carry the value of their knob; a ring marks the default. The dashed line is the 1/samples
+//! law beyond the last measured point. Images of other renderers are triangles with their names. An
+//! error that is not above 0 (a picture as good as its reference) cannot be drawn. Text is left to
+//! the viewer's sans-serif font.
 
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
@@ -9,7 +12,8 @@ use plotters::prelude::*;
 use super::methods::{Against, MethodsReport, lines, time_curve};
 use crate::error::{Error, Result};
 
-/// Colours of the lines, in order; told apart by readers who do not see all colours (Okabe and Ito).
+/// Colours of the lines, in order; told apart by readers who do not see all colours (Okabe and
+/// Ito).
 const COLOURS: [RGBColor; 8] = [
     RGBColor(213, 94, 0),
     RGBColor(0, 114, 178),
@@ -29,13 +33,17 @@ type Plane<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogCoord<f64>,
 struct Taken(Vec<[i32; 4]>);
 
 impl Taken {
-    /// Where the text of a label at `at` (pixels) should begin, relative to `at`: the first free place around it, else the first of all.
+    /// Where the text of a label at `at` (pixels) should begin, relative to `at`: the first free
+    /// place around it, else the first of all.
     fn place(&mut self, at: (i32, i32), text: &str) -> (i32, i32) {
         let width = text.chars().count() as i32 * 7 + 2;
         let sides = [9, -9 - width];
         let places = [-16, 4, -28, 16, -6].into_iter().flat_map(|dy| sides.map(|dx| (dx, dy)));
-        let covers = |(dx, dy): (i32, i32)| [at.0 + dx, at.1 + dy, at.0 + dx + width, at.1 + dy + 12];
-        let free = |b: [i32; 4]| !self.0.iter().any(|o| b[0] < o[2] && o[0] < b[2] && b[1] < o[3] && o[1] < b[3]);
+        let covers =
+            |(dx, dy): (i32, i32)| [at.0 + dx, at.1 + dy, at.0 + dx + width, at.1 + dy + 12];
+        let free = |b: [i32; 4]| {
+            !self.0.iter().any(|o| b[0] < o[2] && o[0] < b[2] && b[1] < o[3] && o[1] < b[3])
+        };
         let chosen = places.clone().find(|p| free(covers(*p))).unwrap_or((sides[0], -16));
         self.0.push(covers(chosen));
         chosen
@@ -66,14 +74,25 @@ pub fn chart(report: &MethodsReport) -> Result<String> {
     let mut drawn: Vec<Line> = Vec::new();
     for (i, name) in lines(&report.rows).into_iter().enumerate() {
         let rows = report.rows.iter().filter(|r| r.line == name);
-        let mut points: Vec<_> = rows.filter_map(|r| Some((r.cpu_seconds, r.error(against)?, r.value.clone(), r.default))).collect();
+        let mut points: Vec<_> = rows
+            .filter_map(|r| Some((r.cpu_seconds, r.error(against)?, r.value.clone(), r.default)))
+            .collect();
         points.retain(|p| drawable(&(p.0, p.1)));
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         if !points.is_empty() {
-            drawn.push(Line { name: name.to_owned(), colour: COLOURS[i % COLOURS.len()], points, beyond: Vec::new() });
+            drawn.push(Line {
+                name: name.to_owned(),
+                colour: COLOURS[i % COLOURS.len()],
+                points,
+                beyond: Vec::new(),
+            });
         }
     }
-    let measured: Vec<(f64, f64)> = drawn.iter().flat_map(|l| l.points.iter().map(|p| (p.0, p.1))).chain(foreign.iter().map(|f| f.0)).collect();
+    let measured: Vec<(f64, f64)> = drawn
+        .iter()
+        .flat_map(|l| l.points.iter().map(|p| (p.0, p.1)))
+        .chain(foreign.iter().map(|f| f.0))
+        .collect();
     if measured.is_empty() {
         return Err(Error::Render("nothing to draw: no configuration has an error above 0".into()));
     }
@@ -82,11 +101,16 @@ pub fn chart(report: &MethodsReport) -> Result<String> {
         let curve = time_curve(&report.rows, &line.name, against);
         if let Some(x) = curve.extension().filter(|x| x.last[2] > least) {
             line.beyond = vec![(x.last[1], x.last[2])];
-            line.beyond.extend((1..=24).map(|k| x.last[2] * (least / x.last[2]).powf(f64::from(k) / 24.0)).map(|e| (x.cost(e), e)));
+            line.beyond.extend(
+                (1..=24)
+                    .map(|k| x.last[2] * (least / x.last[2]).powf(f64::from(k) / 24.0))
+                    .map(|e| (x.cost(e), e)),
+            );
         }
     }
     let mut svg = String::new();
-    draw(report, against, &drawn, &foreign, &mut svg).map_err(|e| Error::Render(format!("chart: {e}")))?;
+    draw(report, against, &drawn, &foreign, &mut svg)
+        .map_err(|e| Error::Render(format!("chart: {e}")))?;
     Ok(svg)
 }
 
@@ -97,18 +121,31 @@ fn draw(
     foreign: &[((f64, f64), &str)],
     svg: &mut String,
 ) -> std::result::Result<(), Box<dyn std::error::Error>> {
-    let all = || drawn.iter().flat_map(|l| l.points.iter().map(|p| (p.0, p.1)).chain(l.beyond.iter().copied())).chain(foreign.iter().map(|f| f.0));
+    let all = || {
+        drawn
+            .iter()
+            .flat_map(|l| l.points.iter().map(|p| (p.0, p.1)).chain(l.beyond.iter().copied()))
+            .chain(foreign.iter().map(|f| f.0))
+    };
     let span = |pick: fn((f64, f64)) -> f64| {
-        let (low, high) = all().map(pick).fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
+        let (low, high) =
+            all().map(pick).fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
         // Room for labels; at least a factor of 4, so that a single point stands in the middle.
         let margin = (high / low).powf(0.08).max(1.5);
         (low / margin)..(high * margin)
     };
     let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
-    let error = if against == Against::Truth { "ground truth" } else { "gather through the same proxy" };
+    let error =
+        if against == Against::Truth { "ground truth" } else { "gather through the same proxy" };
     let mut plane = ChartBuilder::on(&root)
-        .caption(format!("{}, {}x{}, {} threads", report.scene, report.width, report.height, report.threads), ("sans-serif", 20))
+        .caption(
+            format!(
+                "{}, {}x{}, {} threads",
+                report.scene, report.width, report.height, report.threads
+            ),
+            ("sans-serif", 20),
+        )
         .margin(14)
         .x_label_area_size(48)
         .y_label_area_size(84)
@@ -125,7 +162,11 @@ fn draw(
         .y_label_formatter(&|v| tick(*v))
         .draw()?;
     let mut taken = Taken::default();
-    for at in drawn.iter().flat_map(|l| l.points.iter().map(|p| (p.0, p.1))).chain(foreign.iter().map(|f| f.0)) {
+    for at in drawn
+        .iter()
+        .flat_map(|l| l.points.iter().map(|p| (p.0, p.1)))
+        .chain(foreign.iter().map(|f| f.0))
+    {
         let (x, y) = plane.backend_coord(&at);
         taken.0.push([x - 5, y - 5, x + 5, y + 5]);
     }
@@ -135,7 +176,11 @@ fn draw(
     let grey = RGBColor(40, 40, 40);
     for (at, name) in foreign {
         let place = taken.place(plane.backend_coord(at), name);
-        plane.draw_series(std::iter::once(EmptyElement::at(*at) + TriangleMarker::new((0, 0), 6, grey.filled()) + label(name, place, grey)))?;
+        plane.draw_series(std::iter::once(
+            EmptyElement::at(*at)
+                + TriangleMarker::new((0, 0), 6, grey.filled())
+                + label(name, place, grey),
+        ))?;
     }
     plane
         .configure_series_labels()
@@ -148,21 +193,38 @@ fn draw(
     Ok(())
 }
 
-fn draw_line(plane: &mut Plane<'_, '_>, line: &Line, taken: &mut Taken) -> std::result::Result<(), Box<dyn std::error::Error>> {
+fn draw_line(
+    plane: &mut Plane<'_, '_>,
+    line: &Line,
+    taken: &mut Taken,
+) -> std::result::Result<(), Box<dyn std::error::Error>> {
     let colour = line.colour;
     plane
-        .draw_series(LineSeries::new(line.points.iter().map(|p| (p.0, p.1)), colour.stroke_width(2)))?
+        .draw_series(LineSeries::new(
+            line.points.iter().map(|p| (p.0, p.1)),
+            colour.stroke_width(2),
+        ))?
         .label(line.name.clone())
         .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 22, y)], colour.stroke_width(3)));
     if !line.beyond.is_empty() {
         plane
-            .draw_series(DashedLineSeries::new(line.beyond.iter().copied(), 7, 5, colour.stroke_width(2)))?
+            .draw_series(DashedLineSeries::new(
+                line.beyond.iter().copied(),
+                7,
+                5,
+                colour.stroke_width(2),
+            ))?
             .label(format!("{}, extended by 1/samples", line.name))
-            .legend(move |(x, y)| DashedPathElement::new([(x, y), (x + 22, y)], 5, 4, colour.stroke_width(2)));
+            .legend(move |(x, y)| {
+                DashedPathElement::new([(x, y), (x + 22, y)], 5, 4, colour.stroke_width(2))
+            });
     }
     for (x, y, value, default) in &line.points {
-        let (ring, place) = (if *default { 8 } else { 0 }, taken.place(plane.backend_coord(&(*x, *y)), value));
-        let marks = EmptyElement::at((*x, *y)) + Circle::new((0, 0), 4, colour.filled()) + Circle::new((0, 0), ring, colour.stroke_width(2));
+        let (ring, place) =
+            (if *default { 8 } else { 0 }, taken.place(plane.backend_coord(&(*x, *y)), value));
+        let marks = EmptyElement::at((*x, *y))
+            + Circle::new((0, 0), 4, colour.filled())
+            + Circle::new((0, 0), ring, colour.stroke_width(2));
         plane.draw_series(std::iter::once(marks + label(value, place, colour)))?;
     }
     Ok(())
@@ -174,7 +236,11 @@ fn label(text: &str, place: (i32, i32), colour: RGBColor) -> Text<'static, (i32,
 
 /// 0.01, 1, 300; 1e-4 and 1e5 beyond.
 fn tick(v: f64) -> String {
-    if (0.0099..99_999.0).contains(&v) { format!("{}", (v * 1000.0).round() / 1000.0) } else { format!("{v:.0e}") }
+    if (0.0099..99_999.0).contains(&v) {
+        format!("{}", (v * 1000.0).round() / 1000.0)
+    } else {
+        format!("{v:.0e}")
+    }
 }
 
 #[cfg(test)]
@@ -185,7 +251,12 @@ mod tests {
 
     fn report() -> MethodsReport {
         let rows = example();
-        let points = vec![ForeignPoint { name: "mitsuba 16 + OIDN".into(), cpu_seconds: 20.0, truth: rows[0].truth, image: String::new() }];
+        let points = vec![ForeignPoint {
+            name: "mitsuba 16 + OIDN".into(),
+            cpu_seconds: 20.0,
+            truth: rows[0].truth,
+            image: String::new(),
+        }];
         MethodsReport {
             scene: "box <small>".into(),
             width: 3,
@@ -205,7 +276,15 @@ mod tests {
     fn every_line_and_point_is_drawn() {
         let svg = chart(&report()).unwrap();
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
-        for word in ["decomposition", "hessian", "production-2006", "path, extended by 1/samples", "mitsuba 16 + OIDN", "CPU seconds", "box &lt;small&gt;"] {
+        for word in [
+            "decomposition",
+            "hessian",
+            "production-2006",
+            "path, extended by 1/samples",
+            "mitsuba 16 + OIDN",
+            "CPU seconds",
+            "box &lt;small&gt;",
+        ] {
             assert!(svg.contains(word), "{word}");
         }
         // One disc a point, beside the rings of the defaults.
@@ -228,13 +307,19 @@ mod tests {
         assert_eq!(places[0], (9, -16));
         for (i, a) in taken.0.iter().enumerate() {
             for b in &taken.0[..i] {
-                assert!(a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1], "{a:?} {b:?}");
+                assert!(
+                    a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1],
+                    "{a:?} {b:?}"
+                );
             }
         }
     }
 
     #[test]
     fn ticks_are_short() {
-        assert_eq!([0.01, 0.1, 1.0, 30.0, 1e-4, 1e6].map(tick), ["0.01", "0.1", "1", "30", "1e-4", "1e6"]);
+        assert_eq!(
+            [0.01, 0.1, 1.0, 30.0, 1e-4, 1e6].map(tick),
+            ["0.01", "0.1", "1", "30", "1e-4", "1e6"]
+        );
     }
 }

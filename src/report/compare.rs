@@ -35,7 +35,8 @@ pub struct Comparison {
     pub halves: bool,
 }
 
-/// Reads a reference: halves from its layers `half0`, `half1`, else from sibling files `NAME.half0.exr`, `NAME.half1.exr`.
+/// Reads a reference: halves from its layers `half0`, `half1`, else from sibling files
+/// `NAME.half0.exr`, `NAME.half1.exr`.
 ///
 /// # Errors
 /// [`Error::Image`] when a file is no image with R, G, B, or the halves have another size.
@@ -57,20 +58,38 @@ pub fn read_reference(path: &Path) -> Result<Reference> {
 }
 
 fn beauty(film: &Film, path: &Path) -> Result<Vec<Rgb>> {
-    film.rgb("").ok_or_else(|| Error::Image { path: path.into(), message: "has no channels R, G, B".into() })
+    film.rgb("").ok_or_else(|| Error::Image {
+        path: path.into(),
+        message: "has no channels R, G, B".into(),
+    })
 }
 
 fn same_size(film: &Film, width: u32, height: u32, path: &Path) -> Result<()> {
     if (film.width, film.height) == (width, height) {
         return Ok(());
     }
-    Err(Error::Image { path: path.into(), message: format!("has {}×{} pixels, the reference {width}×{height}", film.width, film.height) })
+    Err(Error::Image {
+        path: path.into(),
+        message: format!(
+            "has {}×{} pixels, the reference {width}×{height}",
+            film.width, film.height
+        ),
+    })
 }
 
 /// Stops of exposure that put the log-average luminance at 0.18; 0 for a black image.
 pub fn exposure_of(pixels: &[Rgb]) -> f32 {
-    let logs: Vec<f64> = pixels.iter().map(|&c| luminance(c)).filter(|l| l.is_finite() && *l > 0.0).map(|l| f64::from(l).ln()).collect();
-    if logs.is_empty() { 0.0 } else { (0.18f64.ln() - logs.iter().sum::<f64>() / logs.len() as f64).exp().log2() as f32 }
+    let logs: Vec<f64> = pixels
+        .iter()
+        .map(|&c| luminance(c))
+        .filter(|l| l.is_finite() && *l > 0.0)
+        .map(|l| f64::from(l).ln())
+        .collect();
+    if logs.is_empty() {
+        0.0
+    } else {
+        (0.18f64.ln() - logs.iter().sum::<f64>() / logs.len() as f64).exp().log2() as f32
+    }
 }
 
 /// All figures of `image` (a film read from `path`) against `reference`.
@@ -85,12 +104,25 @@ pub fn compare(image: &Film, path: &Path, reference: &Reference) -> Result<Compa
 ///
 /// # Errors
 /// As [`compare`].
-pub fn compare_with_flip(image: &Film, path: &Path, reference: &Reference) -> Result<(Comparison, Vec<f32>)> {
+pub fn compare_with_flip(
+    image: &Film,
+    path: &Path,
+    reference: &Reference,
+) -> Result<(Comparison, Vec<f32>)> {
     same_size(image, reference.width, reference.height, path)?;
     let pixels = beauty(image, path)?;
     let exposure = exposure_of(&reference.mean);
-    let shown = |p: &[Rgb]| p.iter().map(|&c| if c.is_finite() { c * exposure.exp2() } else { Rgb::ZERO }).collect::<Vec<_>>();
-    let map = flip(&shown(&pixels), &shown(&reference.mean), reference.width as usize, reference.height as usize);
+    let shown = |p: &[Rgb]| {
+        p.iter()
+            .map(|&c| if c.is_finite() { c * exposure.exp2() } else { Rgb::ZERO })
+            .collect::<Vec<_>>()
+    };
+    let map = flip(
+        &shown(&pixels),
+        &shown(&reference.mean),
+        reference.width as usize,
+        reference.height as usize,
+    );
     let found = Comparison {
         errors: errors(&pixels, &reference.mean, reference.halves.as_ref()),
         flip: map.iter().map(|&v| f64::from(v)).sum::<f64>() / map.len().max(1) as f64,
@@ -123,7 +155,8 @@ mod tests {
         let write = |name: &str, width: u32, v: f32| {
             let mut film = Film::new(width, 2);
             film.set_rgb("", &vec![Rgb::splat(v); width as usize * 2]);
-            crate::film::write_exr(&film, &folder.join(name), crate::film::Precision::Full).unwrap();
+            crate::film::write_exr(&film, &folder.join(name), crate::film::Precision::Full)
+                .unwrap();
             film
         };
         let film = write("a.exr", 2, 1.0);

@@ -1,15 +1,17 @@
 //! Quality against cost: the curve of one method's sweep, read at equal error or at equal cost.
 //!
-//! A [`Curve`] is the lower envelope of a sweep's (cost, error) pairs: the least cost for at most an error. Cost is seconds, or a number of
-//! records. Between its points it is straight in log cost over log error:
+//! A [`Curve`] is the lower envelope of a sweep's (cost, error) pairs: the least cost for at most
+//! an error. Cost is seconds, or a number of records. Between its points it is straight in log cost
+//! over log error:
 //!
 //! ```text
 //! ln c(e) = ln c₀ + (ln c₁ − ln c₀) · (ln e − ln e₀) / (ln e₁ − ln e₀)         e₁ ≤ e ≤ e₀
 //! ```
 //!
-//! Above the largest error of the sweep the cheapest point is an upper bound of the cost; below the smallest the error is "not reached",
-//! unless the curve has an [`Extension`]: an unbiased estimate of n independent samples has error V/n, so that
-//! c(e) = c_last + s · (V/e − n_last), with V = n_last e_last of the sweep's last point and s the cost of one sample, the slope of the least
+//! Above the largest error of the sweep the cheapest point is an upper bound of the cost; below the
+//! smallest the error is "not reached", unless the curve has an [`Extension`]: an unbiased estimate
+//! of n independent samples has error V/n, so that c(e) = c_last + s · (V/e − n_last), with V =
+//! n_last e_last of the sweep's last point and s the cost of one sample, the slope of the least
 //! squares line through (n, c).
 //! Not     a statement about the spread of the measurements: points enter as they are.
 
@@ -20,7 +22,8 @@ use serde::Serialize;
 pub enum At {
     /// Between two points.
     Known(f64),
-    /// No more than this: the cheapest (for a cost) or the last (for an error) point does at least as well.
+    /// No more than this: the cheapest (for a cost) or the last (for an error) point does at least
+    /// as well.
     AtMost(f64),
     /// By the 1/n law, beyond what was measured.
     Extended(f64),
@@ -77,18 +80,26 @@ pub struct Extension {
 }
 
 impl Extension {
-    /// From at least two (samples, cost, error); none when the cost does not grow with samples or the last error is not positive.
+    /// From at least two (samples, cost, error); none when the cost does not grow with samples or
+    /// the last error is not positive.
     pub fn fit(points: &[[f64; 3]]) -> Option<Self> {
         let last = *points.iter().max_by(|a, b| a[0].total_cmp(&b[0]))?;
         let n = points.len() as f64;
-        let (mx, my) = (points.iter().map(|p| p[0]).sum::<f64>() / n, points.iter().map(|p| p[1]).sum::<f64>() / n);
+        let (mx, my) = (
+            points.iter().map(|p| p[0]).sum::<f64>() / n,
+            points.iter().map(|p| p[1]).sum::<f64>() / n,
+        );
         let (mut xy, mut xx) = (0.0, 0.0);
         for p in points {
             xy += (p[0] - mx) * (p[1] - my);
             xx += (p[0] - mx).powi(2);
         }
         let cost_per_sample = xy / xx;
-        (cost_per_sample.is_finite() && cost_per_sample > 0.0 && last[2] > 0.0).then_some(Self { variance: last[0] * last[2], cost_per_sample, last })
+        (cost_per_sample.is_finite() && cost_per_sample > 0.0 && last[2] > 0.0).then_some(Self {
+            variance: last[0] * last[2],
+            cost_per_sample,
+            last,
+        })
     }
 
     /// Cost of an error below the last point's.
@@ -111,10 +122,13 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// The envelope of (cost, error) pairs in any order. Pairs with a number that is not positive and finite cannot stand on a logarithmic
-    /// scale and are left out.
+    /// The envelope of (cost, error) pairs in any order. Pairs with a number that is not positive
+    /// and finite cannot stand on a logarithmic scale and are left out.
     pub fn new(pairs: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        let mut all: Vec<(f64, f64)> = pairs.into_iter().filter(|(c, e)| c.is_finite() && e.is_finite() && *c > 0.0 && *e > 0.0).collect();
+        let mut all: Vec<(f64, f64)> = pairs
+            .into_iter()
+            .filter(|(c, e)| c.is_finite() && e.is_finite() && *c > 0.0 && *e > 0.0)
+            .collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let mut points: Vec<(f64, f64)> = Vec::new();
         for p in all {
@@ -144,25 +158,37 @@ impl Curve {
 
     /// Least cost for at most `error`.
     pub fn cost_at(&self, error: f64) -> At {
-        let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else { return At::NotReached };
+        let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else {
+            return At::NotReached;
+        };
         if error > first.1 || (error == first.1 && self.points.len() == 1) {
             return At::AtMost(first.0);
         }
         if error < last.1 {
-            return self.extension.filter(|x| error < x.last[2]).map_or(At::NotReached, |x| At::Extended(x.cost(error)));
+            return self
+                .extension
+                .filter(|x| error < x.last[2])
+                .map_or(At::NotReached, |x| At::Extended(x.cost(error)));
         }
         let bracket = self.points.windows(2).find(|w| w[1].1 <= error);
-        bracket.map_or(At::NotReached, |w| At::Known(log_log((w[0].1, w[0].0), (w[1].1, w[1].0), error)))
+        bracket.map_or(At::NotReached, |w| {
+            At::Known(log_log((w[0].1, w[0].0), (w[1].1, w[1].0), error))
+        })
     }
 
     /// Least error for at most `cost`.
     pub fn error_at(&self, cost: f64) -> At {
-        let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else { return At::NotReached };
+        let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else {
+            return At::NotReached;
+        };
         if cost < first.0 {
             return At::NotReached;
         }
         if cost > last.0 {
-            return self.extension.filter(|x| cost > x.last[1]).map_or(At::AtMost(last.1), |x| At::Extended(x.error(cost)));
+            return self
+                .extension
+                .filter(|x| cost > x.last[1])
+                .map_or(At::AtMost(last.1), |x| At::Extended(x.error(cost)));
         }
         let bracket = self.points.windows(2).find(|w| w[1].0 >= cost);
         At::Known(bracket.map_or(last.1, |w| log_log(w[0], w[1], cost)))
@@ -195,7 +221,13 @@ pub fn ratio(other: At, base: At) -> Ratio {
 
 impl std::fmt::Display for Ratio {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Some(v) = self.value else { return f.pad(if self.relation == Relation::BoundsOnly { "bounds only" } else { "not reached" }) };
+        let Some(v) = self.value else {
+            return f.pad(if self.relation == Relation::BoundsOnly {
+                "bounds only"
+            } else {
+                "not reached"
+            });
+        };
         let sign = match self.relation {
             Relation::AtMost => "≤ ",
             Relation::AtLeast => "≥ ",
@@ -206,10 +238,15 @@ impl std::fmt::Display for Ratio {
     }
 }
 
-/// Errors at which two curves are worth comparing, falling: those of the base's own points, and twice, four and eight times its largest.
+/// Errors at which two curves are worth comparing, falling: those of the base's own points, and
+/// twice, four and eight times its largest.
 pub fn levels(base: &Curve) -> Vec<f64> {
     let Some(first) = base.points.first() else { return Vec::new() };
-    [8.0, 4.0, 2.0].map(|k| k * first.1).into_iter().chain(base.points.iter().map(|p| p.1)).collect()
+    [8.0, 4.0, 2.0]
+        .map(|k| k * first.1)
+        .into_iter()
+        .chain(base.points.iter().map(|p| p.1))
+        .collect()
 }
 
 #[cfg(test)]
@@ -222,10 +259,24 @@ mod tests {
 
     #[test]
     fn the_envelope_keeps_what_is_cheapest_for_its_error() {
-        let c = Curve::new([(4.0, 0.1), (1.0, 0.5), (2.0, 0.6), (8.0, 0.1), (3.0, 0.2), (5.0, 0.01), (1.0, 0.7), (9.0, -1.0), (0.0, 0.001), (2.0, f64::NAN)]);
+        let c = Curve::new([
+            (4.0, 0.1),
+            (1.0, 0.5),
+            (2.0, 0.6),
+            (8.0, 0.1),
+            (3.0, 0.2),
+            (5.0, 0.01),
+            (1.0, 0.7),
+            (9.0, -1.0),
+            (0.0, 0.001),
+            (2.0, f64::NAN),
+        ]);
         assert_eq!(c.points(), [(1.0, 0.5), (3.0, 0.2), (4.0, 0.1), (5.0, 0.01)]);
         assert!(Curve::new([]).points().is_empty());
-        assert_eq!((Curve::new([]).cost_at(1.0), Curve::new([]).error_at(1.0)), (At::NotReached, At::NotReached));
+        assert_eq!(
+            (Curve::new([]).cost_at(1.0), Curve::new([]).error_at(1.0)),
+            (At::NotReached, At::NotReached)
+        );
     }
 
     #[test]
@@ -234,8 +285,13 @@ mod tests {
         let c = Curve::new([1.0, 2.0, 10.0, 64.0].map(|c: f64| (c, 3.0 * c.powf(-1.5))));
         for cost in [1.0, 1.7, 2.0, 5.0, 30.0, 64.0] {
             let error = 3.0 * f64::powf(cost, -1.5);
-            let (At::Known(found), At::Known(back)) = (c.error_at(cost), c.cost_at(error)) else { panic!("{cost}") };
-            assert!(near(found, error) && (back / cost - 1.0).abs() < 1e-9, "{cost}: {found} {back}");
+            let (At::Known(found), At::Known(back)) = (c.error_at(cost), c.cost_at(error)) else {
+                panic!("{cost}")
+            };
+            assert!(
+                near(found, error) && (back / cost - 1.0).abs() < 1e-9,
+                "{cost}: {found} {back}"
+            );
         }
         assert_eq!(c.cost_at(5.0), At::AtMost(1.0));
         assert_eq!(c.cost_at(1e-3), At::NotReached);
@@ -246,8 +302,14 @@ mod tests {
     #[test]
     fn one_point_is_a_bound() {
         let c = Curve::new([(2.0, 0.1)]);
-        assert_eq!((c.cost_at(0.1), c.cost_at(0.2), c.cost_at(0.05)), (At::AtMost(2.0), At::AtMost(2.0), At::NotReached));
-        assert_eq!((c.error_at(2.0), c.error_at(3.0), c.error_at(1.0)), (At::Known(0.1), At::AtMost(0.1), At::NotReached));
+        assert_eq!(
+            (c.cost_at(0.1), c.cost_at(0.2), c.cost_at(0.05)),
+            (At::AtMost(2.0), At::AtMost(2.0), At::NotReached)
+        );
+        assert_eq!(
+            (c.error_at(2.0), c.error_at(3.0), c.error_at(1.0)),
+            (At::Known(0.1), At::AtMost(0.1), At::NotReached)
+        );
     }
 
     #[test]
@@ -287,7 +349,10 @@ mod tests {
 
     #[test]
     fn levels_go_beyond_what_is_cheapest() {
-        assert_eq!(levels(&Curve::new([(1.0, 0.5), (2.0, 0.1), (4.0, 0.03)])), [4.0, 2.0, 1.0, 0.5, 0.1, 0.03]);
+        assert_eq!(
+            levels(&Curve::new([(1.0, 0.5), (2.0, 0.1), (4.0, 0.03)])),
+            [4.0, 2.0, 1.0, 0.5, 0.1, 0.03]
+        );
         assert!(levels(&Curve::default()).is_empty());
     }
 }

@@ -1,7 +1,8 @@
 //! What a scene holds and what is odd about it.
 //!
-//! Lengths in scene units; powers in watts per channel summed by luminance. The power of sun and sky is what crosses the scene's bounding sphere:
-//! `π R² E` and `4 π² R² L`. The proposed alpha is what a decomposition takes by default: a share of the diagonal.
+//! Lengths in scene units; powers in watts per channel summed by luminance. The power of sun and
+//! sky is what crosses the scene's bounding sphere: `π R² E` and `4 π² R² L`. The proposed alpha is
+//! what a decomposition takes by default: a share of the diagonal.
 
 use std::f64::consts::PI;
 
@@ -96,12 +97,21 @@ pub fn scene_info(loaded: &Loaded, world: &World) -> SceneInfo {
     warn(g.dropped_degenerate, "triangles have no area and are left out");
     warn(g.dropped_duplicate, "triangles are exact duplicates and are left out");
     warn(inverted_normals(g), "triangles have vertex normals against their winding");
-    warn(topology.inconsistent_edges, "edges have triangles wound against each other; such parts are treated as two-sided");
-    warn(topology.inside_out, "closed parts are wound inside out; such parts are treated as two-sided");
+    warn(
+        topology.inconsistent_edges,
+        "edges have triangles wound against each other; such parts are treated as two-sided",
+    );
+    warn(
+        topology.inside_out,
+        "closed parts are wound inside out; such parts are treated as two-sided",
+    );
     let materials = materials(g);
     for m in &materials {
         if m.albedo.iter().any(|&a| a >= MAX_ALBEDO) {
-            warnings.push(format!("material \"{}\" has an albedo of {MAX_ALBEDO} or more and is darkened to it", m.name));
+            warnings.push(format!(
+                "material \"{}\" has an albedo of {MAX_ALBEDO} or more and is darkened to it",
+                m.name
+            ));
         }
     }
     if camera_inside_wall(world) {
@@ -121,7 +131,8 @@ pub fn scene_info(loaded: &Loaded, world: &World) -> SceneInfo {
         boundary_edges: topology.boundary_edges,
         nonmanifold_edges: topology.nonmanifold_edges,
         inconsistent_edges: topology.inconsistent_edges,
-        one_sided_share: topology.closed_of_triangle.iter().filter(|c| **c).count() as f32 / g.len().max(1) as f32,
+        one_sided_share: topology.closed_of_triangle.iter().filter(|c| **c).count() as f32
+            / g.len().max(1) as f32,
         lights: lights(&loaded.scene, g),
         alpha: DecomposeSettings::default().lengths(world.diagonal).alpha,
         materials,
@@ -131,10 +142,11 @@ pub fn scene_info(loaded: &Loaded, world: &World) -> SceneInfo {
 }
 
 /// What to tell when [`camera_inside_wall`].
-pub const CAMERA_INSIDE_WALL: &str = "the camera is inside a wall: nearly all it sees are backs of closed parts; move camera.eye";
+pub const CAMERA_INSIDE_WALL: &str =
+    "the camera is inside a wall: nearly all it sees are backs of closed parts; move camera.eye";
 
-/// True when the camera stands inside a closed solid: nine of ten rays around it first meet the back of one. Costs 64 rays, and the
-/// topology only where most of them meet backs.
+/// True when the camera stands inside a closed solid: nine of ten rays around it first meet the
+/// back of one. Costs 64 rays, and the topology only where most of them meet backs.
 pub fn camera_inside_wall(world: &World) -> bool {
     const RAYS: usize = 64;
     let met = (0..RAYS).filter_map(|i| {
@@ -156,13 +168,16 @@ pub fn camera_inside_wall(world: &World) -> bool {
 }
 
 fn inverted_normals(g: &Geometry) -> usize {
-    let against = |(t, n): (&[u32; 3], &Vec3)| t.iter().map(|&i| g.normals[i as usize]).sum::<Vec3>().dot(*n) < 0.0;
+    let against = |(t, n): (&[u32; 3], &Vec3)| {
+        t.iter().map(|&i| g.normals[i as usize]).sum::<Vec3>().dot(*n) < 0.0
+    };
     g.triangles.iter().zip(&g.face_normals).filter(|&pair| against(pair)).count()
 }
 
 fn edge_quantiles(g: &Geometry) -> [f32; 5] {
     let corners = (0..g.len() as u32).map(|t| g.corners(t));
-    let mut lengths: Vec<f32> = corners.flat_map(|[a, b, c]| [a.distance(b), b.distance(c), c.distance(a)]).collect();
+    let mut lengths: Vec<f32> =
+        corners.flat_map(|[a, b, c]| [a.distance(b), b.distance(c), c.distance(a)]).collect();
     if lengths.is_empty() {
         return [0.0; 5];
     }
@@ -197,19 +212,29 @@ fn lights(scene: &Scene, g: &Geometry) -> Vec<LightLine> {
         .iter()
         .map(|l| {
             let (kind, power) = match *l {
-                Light::Quad { edge1, edge2, radiance, .. } => ("quad", PI * f64::from(edge1.cross(edge2).length()) * lum(radiance)),
-                Light::Sphere { radius, radiance, .. } => ("sphere", 4.0 * PI * PI * f64::from(radius).powi(2) * lum(radiance)),
+                Light::Quad { edge1, edge2, radiance, .. } => {
+                    ("quad", PI * f64::from(edge1.cross(edge2).length()) * lum(radiance))
+                }
+                Light::Sphere { radius, radiance, .. } => {
+                    ("sphere", 4.0 * PI * PI * f64::from(radius).powi(2) * lum(radiance))
+                }
                 Light::Sun { irradiance, .. } => ("sun", disc * lum(irradiance)),
                 Light::Sky { radiance } => ("sky", 4.0 * PI * disc * lum(radiance)),
                 Light::Environment { ref map } => {
-                    let bright: Rgb = Environment { texels: map.split().1, ..(**map).clone() }.integral();
+                    let bright: Rgb =
+                        Environment { texels: map.split().1, ..(**map).clone() }.integral();
                     let share = 100.0 * lum(bright) / lum(map.integral()).max(f64::MIN_POSITIVE);
-                    let kind = format!("environment {} {}×{}, {share:.0} % of it direct light", map.name, map.width, map.height);
+                    let kind = format!(
+                        "environment {} {}×{}, {share:.0} % of it direct light",
+                        map.name, map.width, map.height
+                    );
                     return LightLine { kind, power: disc * lum(map.integral()) };
                 }
                 Light::Point { intensity, .. } => ("point", 4.0 * PI * lum(intensity)),
                 Light::Spot { intensity, inner_deg, outer_deg, .. } => {
-                    let edge = (f64::from(inner_deg).to_radians().cos() + f64::from(outer_deg).to_radians().cos()) * 0.5;
+                    let edge = (f64::from(inner_deg).to_radians().cos()
+                        + f64::from(outer_deg).to_radians().cos())
+                        * 0.5;
                     ("spot", 2.0 * PI * (1.0 - edge) * lum(intensity))
                 }
             };
@@ -219,12 +244,13 @@ fn lights(scene: &Scene, g: &Geometry) -> Vec<LightLine> {
     let mut powers = vec![0.0; g.materials.len()];
     for t in 0..g.len() as u32 {
         if g.light_of[t as usize] == u32::MAX {
-            powers[g.material_of[t as usize] as usize] += PI * f64::from(g.area(t)) * lum(g.material(t).emission);
+            powers[g.material_of[t as usize] as usize] +=
+                PI * f64::from(g.area(t)) * lum(g.material(t).emission);
         }
     }
-    lines.extend(
-        powers.iter().enumerate().filter(|(_, p)| **p > 0.0).map(|(m, &power)| LightLine { kind: format!("material \"{}\"", g.materials[m].name), power }),
-    );
+    lines.extend(powers.iter().enumerate().filter(|(_, p)| **p > 0.0).map(|(m, &power)| {
+        LightLine { kind: format!("material \"{}\"", g.materials[m].name), power }
+    }));
     lines
 }
 
@@ -233,16 +259,36 @@ impl std::fmt::Display for SceneInfo {
         let v = |a: [f32; 3]| format!("[{:.4}, {:.4}, {:.4}]", a[0], a[1], a[2]);
         writeln!(f, "scene       {}", self.name)?;
         writeln!(f, "triangles   {} in {} meshes", self.triangles, self.meshes)?;
-        writeln!(f, "bounds      {} to {}, diagonal {:.4}", v(self.min), v(self.max), self.diagonal)?;
+        writeln!(
+            f,
+            "bounds      {} to {}, diagonal {:.4}",
+            v(self.min),
+            v(self.max),
+            self.diagonal
+        )?;
         let [least, low, median, high, most] = self.edges.map(|e| e / self.diagonal);
-        writeln!(f, "edges       {least:.2e} shortest, {low:.2e} 10 %, {median:.2e} median, {high:.2e} 90 %, {most:.2e} longest (of the diagonal)")?;
-        writeln!(f, "parts       {}, closed {}; {:.0} % of the triangles are one-sided", self.parts, self.closed_parts, 100.0 * self.one_sided_share)?;
+        writeln!(
+            f,
+            "edges       {least:.2e} shortest, {low:.2e} 10 %, {median:.2e} median, {high:.2e} 90 %, {most:.2e} longest (of the diagonal)"
+        )?;
+        writeln!(
+            f,
+            "parts       {}, closed {}; {:.0} % of the triangles are one-sided",
+            self.parts,
+            self.closed_parts,
+            100.0 * self.one_sided_share
+        )?;
         writeln!(
             f,
             "edge faults {} open, {} of more than two triangles, {} wound inconsistently",
             self.boundary_edges, self.nonmanifold_edges, self.inconsistent_edges
         )?;
-        writeln!(f, "alpha       {:.4} proposed ({:.3} of the diagonal)", self.alpha, self.alpha / self.diagonal)?;
+        writeln!(
+            f,
+            "alpha       {:.4} proposed ({:.3} of the diagonal)",
+            self.alpha,
+            self.alpha / self.diagonal
+        )?;
         writeln!(f, "materials")?;
         for m in &self.materials {
             write!(f, "  {:<24} {:>9} triangles  albedo {}", m.name, m.triangles, v(m.albedo))?;

@@ -1,14 +1,22 @@
-//! The comparison of methods: what every configuration cost and how far it is from the truth; times, places and errors at equal footing.
+//! The comparison of methods: what every configuration cost and how far it is from the truth;
+//! times, places and errors at equal footing.
 //!
-//! Inputs     rows of sweeps ([`Row`]) and images of other renderers ([`ForeignPoint`]), measured by the caller.
-//! Computes   for each of the two references (ground truth; a many-ray gather through the same proxy) a [`Verdict`]: the cost ratio of every
-//!            line over the base line at equal error, the errors at equal cost, and the numbers of records or clusters at equal error, all read
-//!            off [`super::curves`]. Error is relMSE without the 0.1 % worst pixels. The base line is the decomposition, else the first line.
-//! Note       µs/place is thread time (wall-clock of the sampling, times threads): on a busy machine it counts the waiting too. The final image's
-//!            error has a floor that no knob of indirect light lowers: the camera samples and direct light that all lines but path share
-//!            (`record.spp`, `direct.*`), and for decomposition and caches the proxy's own error.
-//! Note       alpha's sweep changes the cells, and so the proxy, with it; the gather's proxy is that of the scene's own alpha.
-//! Not        in the verdict against the gather: path tracing and foreign renderers, which see the scene itself and not the proxy.
+//! Inputs     rows of sweeps ([`Row`]) and images of other renderers ([`ForeignPoint`]), measured
+//!            by the caller.
+//! Computes   for each of the two references (ground truth; a many-ray gather through the same
+//!            proxy) a [`Verdict`]: the cost ratio of every line over the base line at equal error,
+//!            the errors at equal cost, and the numbers of records or clusters at equal error, all
+//!            read off [`super::curves`]. Error is relMSE without the 0.1 % worst pixels. The base
+//!            line is the decomposition, else the first line.
+//! Note       µs/place is thread time (wall-clock of the sampling, times threads): on a busy
+//!            machine it counts the waiting too. The final image's error has a floor that no knob
+//!            of indirect light lowers: the camera samples and direct light that all lines but path
+//!            share (`record.spp`, `direct.*`), and for decomposition and caches the proxy's own
+//!            error.
+//! Note       alpha's sweep changes the cells, and so the proxy, with it; the gather's proxy is
+//!            that of the scene's own alpha.
+//! Not        in the verdict against the gather: path tracing and foreign renderers, which see the
+//!            scene itself and not the proxy.
 
 use std::fmt::{Display, Formatter};
 
@@ -152,37 +160,59 @@ pub fn lines(rows: &[Row]) -> Vec<&str> {
     found
 }
 
-/// Error over CPU seconds of a line; with the 1/n law behind it where its samples are counted and the ground truth is the reference.
+/// Error over CPU seconds of a line; with the 1/n law behind it where its samples are counted and
+/// the ground truth is the reference.
 pub fn time_curve(rows: &[Row], line: &str, against: Against) -> Curve {
     let own = || rows.iter().filter(move |r| r.line == line);
     let pairs = own().filter_map(|r| r.error(against).map(|e| (r.cpu_seconds, e)));
-    let counted: Vec<[f64; 3]> = own().filter_map(|r| Some([r.samples? as f64, r.cpu_seconds, r.error(against)?])).collect();
+    let counted: Vec<[f64; 3]> =
+        own().filter_map(|r| Some([r.samples? as f64, r.cpu_seconds, r.error(against)?])).collect();
     let extension = if against == Against::Truth { Extension::fit(&counted) } else { None };
     Curve::new(pairs).extended(extension)
 }
 
 /// Error over number of records or clusters of a line.
 pub fn place_curve(rows: &[Row], line: &str, against: Against) -> Curve {
-    Curve::new(rows.iter().filter(|r| r.line == line).filter_map(|r| Some((r.places? as f64, r.error(against)?))))
+    Curve::new(
+        rows.iter()
+            .filter(|r| r.line == line)
+            .filter_map(|r| Some((r.places? as f64, r.error(against)?))),
+    )
 }
 
 /// What the rows say against one reference; none when no row has an error to it.
 pub fn verdict(rows: &[Row], points: &[ForeignPoint], against: Against) -> Option<Verdict> {
     let sees_proxy = |line: &str| against == Against::Truth || !line.starts_with("path");
     let names: Vec<&str> = lines(rows).into_iter().filter(|l| sees_proxy(l)).collect();
-    let curves: Vec<(&str, Curve)> = names.iter().map(|l| (*l, time_curve(rows, l, against))).filter(|(_, c)| !c.points().is_empty()).collect();
-    let (base, curve) = curves.iter().find(|(l, _)| *l == "decomposition").or_else(|| curves.first())?;
-    let default_error = rows.iter().filter(|r| r.line == *base && r.default).find_map(|r| r.error(against)).filter(|e| *e > 0.0);
+    let curves: Vec<(&str, Curve)> = names
+        .iter()
+        .map(|l| (*l, time_curve(rows, l, against)))
+        .filter(|(_, c)| !c.points().is_empty())
+        .collect();
+    let (base, curve) =
+        curves.iter().find(|(l, _)| *l == "decomposition").or_else(|| curves.first())?;
+    let default_error = rows
+        .iter()
+        .filter(|r| r.line == *base && r.default)
+        .find_map(|r| r.error(against))
+        .filter(|e| *e > 0.0);
     let levels = levels(curve);
     let others = || curves.iter().filter(|(l, _)| l != base);
     let times: Vec<f64> = curve.points().iter().map(|p| p.0).collect();
     let plain = |at: At| ratio(at, At::Known(1.0));
     let row = |line: &str, ratios| VerdictRow { line: line.to_owned(), ratios };
-    let with_places: Vec<(&str, Curve)> = names.iter().map(|l| (*l, place_curve(rows, l, against))).filter(|(_, c)| !c.points().is_empty()).collect();
+    let with_places: Vec<(&str, Curve)> = names
+        .iter()
+        .map(|l| (*l, place_curve(rows, l, against)))
+        .filter(|(_, c)| !c.points().is_empty())
+        .collect();
     let places_of = |line: &str| with_places.iter().find(|(l, _)| *l == line).map(|(_, c)| c);
-    let records_ratio = places_of("production-2006")
-        .zip(places_of("hessian"))
-        .map(|(p, h)| row("production-2006 / hessian", levels.iter().map(|&e| ratio(p.cost_at(e), h.cost_at(e))).collect()));
+    let records_ratio = places_of("production-2006").zip(places_of("hessian")).map(|(p, h)| {
+        row(
+            "production-2006 / hessian",
+            levels.iter().map(|&e| ratio(p.cost_at(e), h.cost_at(e))).collect(),
+        )
+    });
     let foreign = points.iter().filter(|_| against == Against::Truth).filter_map(|p| {
         let error = p.truth?.errors.relmse_trimmed;
         Some(row(&p.name, vec![ratio(At::Known(p.cpu_seconds), curve.cost_at(error))]))
@@ -191,10 +221,21 @@ pub fn verdict(rows: &[Row], points: &[ForeignPoint], against: Against) -> Optio
         base: (*base).to_owned(),
         default_error,
         base_seconds: levels.iter().map(|&e| plain(curve.cost_at(e))).collect(),
-        seconds_at_equal_error: others().map(|(l, c)| row(l, levels.iter().map(|&e| ratio(c.cost_at(e), curve.cost_at(e))).collect())).collect(),
+        seconds_at_equal_error: others()
+            .map(|(l, c)| {
+                row(l, levels.iter().map(|&e| ratio(c.cost_at(e), curve.cost_at(e))).collect())
+            })
+            .collect(),
         foreign: foreign.collect(),
-        error_at_equal_seconds: others().map(|(l, c)| row(l, times.iter().map(|&t| ratio(c.error_at(t), curve.error_at(t))).collect())).collect(),
-        places: with_places.iter().map(|(l, c)| row(l, levels.iter().map(|&e| plain(c.cost_at(e))).collect())).collect(),
+        error_at_equal_seconds: others()
+            .map(|(l, c)| {
+                row(l, times.iter().map(|&t| ratio(c.error_at(t), curve.error_at(t))).collect())
+            })
+            .collect(),
+        places: with_places
+            .iter()
+            .map(|(l, c)| row(l, levels.iter().map(|&e| plain(c.cost_at(e))).collect()))
+            .collect(),
         records_ratio,
         levels,
         times,
@@ -204,14 +245,33 @@ pub fn verdict(rows: &[Row], points: &[ForeignPoint], against: Against) -> Optio
 impl Display for MethodsReport {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
         let reference = self.reference.as_deref().unwrap_or("none");
-        writeln!(f, "{}, {}x{}, {} triangles, {} threads; ground truth: {reference}", self.scene, self.width, self.height, self.triangles, self.threads)?;
+        writeln!(
+            f,
+            "{}, {}x{}, {} triangles, {} threads; ground truth: {reference}",
+            self.scene, self.width, self.height, self.triangles, self.threads
+        )?;
         if let Some(rays) = self.gather_reference_rays {
-            writeln!(f, "to gather: relMSE without 0.1 % against {rays} rays per point through the proxy of the scene's own lengths")?;
+            writeln!(
+                f,
+                "to gather: relMSE without 0.1 % against {rays} rays per point through the proxy of the scene's own lengths"
+            )?;
         }
         writeln!(
             f,
             "\n{:<18} {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>10} {:>11} {:>9} {:>8} {:>7} {:>11}",
-            "method", "knob", "CPU s", "wall s", "places", "Mrays", "µs/place", "relMSE", "less 0.1 %", "± s.e.", "bias %", "FLIP", "to gather"
+            "method",
+            "knob",
+            "CPU s",
+            "wall s",
+            "places",
+            "Mrays",
+            "µs/place",
+            "relMSE",
+            "less 0.1 %",
+            "± s.e.",
+            "bias %",
+            "FLIP",
+            "to gather"
         )?;
         let or_dash = |v: Option<String>| v.unwrap_or_else(|| "-".into());
         let errors = |c: Option<Comparison>| match c {
@@ -254,7 +314,9 @@ impl Display for MethodsReport {
             )?;
         }
         writeln!(f, "* what a render takes when nothing is said")?;
-        for (verdict, name) in [(&self.against_truth, "ground truth"), (&self.against_gather, "gather")] {
+        for (verdict, name) in
+            [(&self.against_truth, "ground truth"), (&self.against_gather, "gather")]
+        {
             if let Some(v) = verdict {
                 v.show(name, f)?;
             }
@@ -280,18 +342,28 @@ impl Verdict {
             v.ratios.iter().try_for_each(|r| write!(f, " {r:>13}"))?;
             writeln!(f)
         };
-        let mark = |e: &f64| format!("{e:.2e}{}", if Some(*e) == self.default_error { "*" } else { "" });
+        let mark =
+            |e: &f64| format!("{e:.2e}{}", if Some(*e) == self.default_error { "*" } else { "" });
         let levels: Vec<String> = self.levels.iter().map(mark).collect();
         if !self.seconds_at_equal_error.is_empty() {
             head(
                 f,
-                &format!("CPU seconds over those of {base}, at equal error to the {reference} (≤, ≥: a cheapest point is better; e: extended by 1/samples)"),
+                &format!(
+                    "CPU seconds over those of {base}, at equal error to the {reference} (≤, ≥: a cheapest point is better; e: extended by 1/samples)"
+                ),
                 &levels,
             )?;
-            of(&VerdictRow { line: format!("{base}, CPU s"), ratios: self.base_seconds.clone() }, f)?;
+            of(
+                &VerdictRow { line: format!("{base}, CPU s"), ratios: self.base_seconds.clone() },
+                f,
+            )?;
             self.seconds_at_equal_error.iter().try_for_each(|v| of(v, f))?;
             let times: Vec<String> = self.times.iter().map(|t| format!("{t:.2} s")).collect();
-            head(f, &format!("error to the {reference} over that of {base}, at equal CPU seconds"), &times)?;
+            head(
+                f,
+                &format!("error to the {reference} over that of {base}, at equal CPU seconds"),
+                &times,
+            )?;
             self.error_at_equal_seconds.iter().try_for_each(|v| of(v, f))?;
         }
         if !self.foreign.is_empty() {
@@ -317,7 +389,13 @@ pub(super) mod tests {
         Comparison { errors, flip: 0.05, exposure: 0.0, halves: true }
     }
 
-    pub(in crate::report) fn row(line: &str, value: f64, seconds: f64, error: f64, places: Option<u64>) -> Row {
+    pub(in crate::report) fn row(
+        line: &str,
+        value: f64,
+        seconds: f64,
+        error: f64,
+        places: Option<u64>,
+    ) -> Row {
         Row {
             line: line.into(),
             knob: "decompose.alpha".into(),
@@ -336,13 +414,23 @@ pub(super) mod tests {
         }
     }
 
-    /// decomposition: error 0.01 / t; path: error 1 / spp, a second each; caches: error 10 / records and 40 / records.
+    /// decomposition: error 0.01 / t; path: error 1 / spp, a second each; caches: error 10 /
+    /// records and 40 / records.
     pub(in crate::report) fn example() -> Vec<Row> {
         let mut rows = Vec::new();
-        rows.extend([4.0, 2.0, 1.0].map(|a| row("decomposition", a, 4.0 / a, 0.0025 * a, Some((100.0 / a) as u64))));
+        rows.extend(
+            [4.0, 2.0, 1.0]
+                .map(|a| row("decomposition", a, 4.0 / a, 0.0025 * a, Some((100.0 / a) as u64))),
+        );
         rows.extend([1.0, 4.0, 16.0].map(|n| row("path", n, n, 1.0 / n, None)));
-        rows.extend([1000u64, 4000].map(|n| row("hessian", 0.3, n as f64 / 100.0, 10.0 / n as f64, Some(n))));
-        rows.extend([4000u64, 16000].map(|n| row("production-2006", 0.3, n as f64 / 100.0, 40.0 / n as f64, Some(n))));
+        rows.extend(
+            [1000u64, 4000]
+                .map(|n| row("hessian", 0.3, n as f64 / 100.0, 10.0 / n as f64, Some(n))),
+        );
+        rows.extend(
+            [4000u64, 16000]
+                .map(|n| row("production-2006", 0.3, n as f64 / 100.0, 40.0 / n as f64, Some(n))),
+        );
         rows
     }
 
@@ -350,18 +438,31 @@ pub(super) mod tests {
     fn ratios_of_known_curves() {
         let v = verdict(
             &example(),
-            &[ForeignPoint { name: "other".into(), cpu_seconds: 20.0, truth: Some(comparison(0.005)), image: String::new() }],
+            &[ForeignPoint {
+                name: "other".into(),
+                cpu_seconds: 20.0,
+                truth: Some(comparison(0.005)),
+                image: String::new(),
+            }],
             Against::Truth,
         )
         .unwrap();
         assert_eq!((v.base.as_str(), v.default_error), ("decomposition", Some(0.005)));
         assert_eq!(v.levels, [0.08, 0.04, 0.02, 0.01, 0.005, 0.0025]);
-        let find = |rows: &[VerdictRow], line: &str| rows.iter().find(|r| r.line == line).unwrap().ratios.clone();
+        let find = |rows: &[VerdictRow], line: &str| {
+            rows.iter().find(|r| r.line == line).unwrap().ratios.clone()
+        };
         let at_default = |line: &str| find(&v.seconds_at_equal_error, line)[4];
-        // Path: 200 spp for an error of 1/200, so 200 s over 2 s, by extension; the caches: 20 s and 80 s over 2 s.
-        for (line, expected, extended) in [("path", 100.0, true), ("hessian", 10.0, false), ("production-2006", 40.0, false)] {
+        // Path: 200 spp for an error of 1/200, so 200 s over 2 s, by extension; the caches: 20 s
+        // and 80 s over 2 s.
+        for (line, expected, extended) in
+            [("path", 100.0, true), ("hessian", 10.0, false), ("production-2006", 40.0, false)]
+        {
             let r = at_default(line);
-            assert!((r.value.unwrap() / expected - 1.0).abs() < 1e-9 && r.extended == extended, "{line}: {r:?}");
+            assert!(
+                (r.value.unwrap() / expected - 1.0).abs() < 1e-9 && r.extended == extended,
+                "{line}: {r:?}"
+            );
         }
         assert!((v.foreign[0].ratios[0].value.unwrap() - 10.0).abs() < 1e-9);
         assert!((v.records_ratio.as_ref().unwrap().ratios[4].value.unwrap() - 4.0).abs() < 1e-9);
@@ -373,7 +474,10 @@ pub(super) mod tests {
     #[test]
     fn path_tracing_is_not_judged_by_the_proxy() {
         let v = verdict(&example(), &[], Against::Gather).unwrap();
-        assert!(v.seconds_at_equal_error.iter().all(|r| r.line != "path") && v.seconds_at_equal_error.len() == 2);
+        assert!(
+            v.seconds_at_equal_error.iter().all(|r| r.line != "path")
+                && v.seconds_at_equal_error.len() == 2
+        );
         let mut rows = example();
         rows.iter_mut().for_each(|r| r.gather = None);
         assert!(verdict(&rows, &[], Against::Gather).is_none());
@@ -396,7 +500,14 @@ pub(super) mod tests {
             points: Vec::new(),
         };
         let text = report.to_string();
-        for word in ["alpha 2 *", "production-2006 / hessian", "5.00e-3*", "100 e", "equal CPU seconds", "4096 rays"] {
+        for word in [
+            "alpha 2 *",
+            "production-2006 / hessian",
+            "5.00e-3*",
+            "100 e",
+            "equal CPU seconds",
+            "4096 rays",
+        ] {
             assert!(text.contains(word), "{word} not in\n{text}");
         }
     }

@@ -1,14 +1,18 @@
 //! relMSE, bias, MSE, MAE.
 //!
-//! Computes   relMSE = mean over pixels and channels of (x−r)² / (r² + 0.01 m²), m the mean of r over all pixels and channels; plain and
-//!            with the 0.1 % worst pixels left out. bias = mean(x−r) / m.
-//! Method     With two independent half images of the reference (x−r)² is estimated by (x−half0)(x−half1), which the reference's noise
-//!            does not bias; single terms, and the figure of a very good image, may then be negative. The standard error is that of
-//!            the mean over pixels. The worst pixels are found by (x−r)².
-//! Not        free of the noise in the denominator r²: a reference whose own relMSE is s shifts the figure by about 4 (x−r)/r · s, so a
-//!            reference should be known to a tenth of the error that is to be measured (`nearfar reference` prints its noise).
-//! Guarantees sums in f64, in pixel order: the same bits on every run.
-//! Not        defined for NaN and infinities: pixels with any in either image are left out and counted in `non_finite`.
+//! Computes   relMSE = mean over pixels and channels of (x−r)² / (r² + 0.01 m²), m the mean of r
+//!            over all pixels and channels; plain and with the 0.1 % worst pixels left out. bias =
+//!            mean(x−r) / m.
+//! Method     With two independent half images of the reference (x−r)² is estimated by
+//!            (x−half0)(x−half1), which the reference's noise does not bias; single terms, and the
+//!            figure of a very good image, may then be negative. The standard error is that of the
+//!            mean over pixels. The worst pixels are found by (x−r)².
+//! Not        free of the noise in the denominator r²: a reference whose own relMSE is s shifts the
+//!            figure by about 4 (x−r)/r · s, so a reference should be known to a tenth of the error
+//!            that is to be measured (`nearfar reference` prints its noise). Guarantees sums in
+//!            f64, in pixel order: the same bits on every run.
+//! Not        defined for NaN and infinities: pixels with any in either image are left out and
+//!            counted in `non_finite`.
 
 use crate::radiometry::Rgb;
 
@@ -37,9 +41,12 @@ pub struct Errors {
     pub non_finite: usize,
 }
 
-/// Compares `image` with `reference` (equal lengths); `halves` when the reference has them. All zero for images without a finite pixel.
+/// Compares `image` with `reference` (equal lengths); `halves` when the reference has them. All
+/// zero for images without a finite pixel.
 pub fn errors(image: &[Rgb], reference: &[Rgb], halves: Option<&Halves>) -> Errors {
-    let finite: Vec<usize> = (0..image.len().min(reference.len())).filter(|&i| image[i].is_finite() && reference[i].is_finite()).collect();
+    let finite: Vec<usize> = (0..image.len().min(reference.len()))
+        .filter(|&i| image[i].is_finite() && reference[i].is_finite())
+        .collect();
     let non_finite = image.len() - finite.len();
     if finite.is_empty() {
         return Errors { non_finite, ..Errors::default() };
@@ -53,9 +60,12 @@ pub fn errors(image: &[Rgb], reference: &[Rgb], halves: Option<&Halves>) -> Erro
         let (x, r) = (image[i].as_dvec3(), reference[i].as_dvec3());
         let d = x - r;
         let floor = r * r + 0.01 * m * m;
-        let share = |v: glam::DVec3| (0..3).map(|c| if v[c] == 0.0 { 0.0 } else { v[c] / floor[c] }).sum::<f64>() / 3.0;
+        let share = |v: glam::DVec3| {
+            (0..3).map(|c| if v[c] == 0.0 { 0.0 } else { v[c] / floor[c] }).sum::<f64>() / 3.0
+        };
         let plain = share(d * d);
-        let estimate = halves.map_or(plain, |h| share((x - h.0[i].as_dvec3()) * (x - h.1[i].as_dvec3())));
+        let estimate =
+            halves.map_or(plain, |h| share((x - h.0[i].as_dvec3()) * (x - h.1[i].as_dvec3())));
         terms.push((plain, estimate));
         out.bias += d.element_sum() / (3.0 * n);
         out.mse += (d * d).element_sum() / (3.0 * n);
@@ -65,7 +75,8 @@ pub fn errors(image: &[Rgb], reference: &[Rgb], halves: Option<&Halves>) -> Erro
     (out.relmse, out.relmse_standard_error) = mean_and_error(terms.iter().map(|t| t.1));
     terms.sort_by(|a, b| a.0.total_cmp(&b.0));
     terms.truncate(finite.len() - finite.len() / 1000);
-    (out.relmse_trimmed, out.relmse_trimmed_standard_error) = mean_and_error(terms.iter().map(|t| t.1));
+    (out.relmse_trimmed, out.relmse_trimmed_standard_error) =
+        mean_and_error(terms.iter().map(|t| t.1));
     out
 }
 
@@ -111,15 +122,23 @@ mod tests {
     #[test]
     fn halves_cancel_the_references_noise() {
         let mut rng = crate::sampling::Rng::new(1, crate::sampling::Stream::Test, 0, 0);
-        let mut noisy = || (0..400_000).map(|_| Rgb::splat(1.0 + 0.1 * (rng.next_f32() - 0.5))).collect::<Vec<_>>();
+        let mut noisy = || {
+            (0..400_000).map(|_| Rgb::splat(1.0 + 0.1 * (rng.next_f32() - 0.5))).collect::<Vec<_>>()
+        };
         let halves = Halves(noisy(), noisy());
         let mean: Vec<Rgb> = halves.0.iter().zip(&halves.1).map(|(a, b)| (*a + *b) * 0.5).collect();
         let image = vec![Rgb::splat(1.02); mean.len()];
         let plain = errors(&image, &mean, None);
         let e = errors(&image, &mean, Some(&halves));
         let truth = 4e-4 / 1.01;
-        // The noise of the denominator stays: with noise variance s = 4.2e-4 of the mean it adds about 4 (x−r) s = 3.3e-5.
-        assert!((e.relmse - truth).abs() < 4.0 * e.relmse_standard_error + 4e-5, "{} ± {}", e.relmse, e.relmse_standard_error);
+        // The noise of the denominator stays: with noise variance s = 4.2e-4 of the mean it adds
+        // about 4 (x−r) s = 3.3e-5.
+        assert!(
+            (e.relmse - truth).abs() < 4.0 * e.relmse_standard_error + 4e-5,
+            "{} ± {}",
+            e.relmse,
+            e.relmse_standard_error
+        );
         assert!(plain.relmse > 1.8 * truth);
     }
 

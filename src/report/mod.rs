@@ -1,4 +1,5 @@
-//! What is said about renders: distance from a reference, error budgets, benchmark tables. Computes and formats; never prints.
+//! What is said about renders: distance from a reference, error budgets, benchmark tables. Computes
+//! and formats; never prints.
 
 pub mod backends;
 pub mod budget;
@@ -17,6 +18,8 @@ pub mod page;
 pub mod streams;
 pub mod viewer;
 
-pub use compare::{Comparison, Reference, compare, compare_with_flip, difference, exposure_of, read_reference};
+pub use compare::{
+    Comparison, Reference, compare, compare_with_flip, difference, exposure_of, read_reference,
+};
 pub use flip::flip;
 pub use metrics::{Errors, Halves, errors};

@@ -1,8 +1,9 @@
 //! The yardstick of the border to Embree: `ffi/embree_loop.cpp`, compiled and run beside the bench.
 //!
-//! The program gets triangles and rays in a file, builds the scene with the backend's own settings, and then answers requests for one timed run
-//! of a stream, so that its runs alternate with ours. Without a C++ compiler (`CXX`, else `c++`) there is no yardstick, and the reason is told.
-//! It knows no masks.
+//! The program gets triangles and rays in a file, builds the scene with the backend's own settings,
+//! and then answers requests for one timed run of a stream, so that its runs alternate with ours.
+//! Without a C++ compiler (`CXX`, else `c++`) there is no yardstick, and the reason is told. It
+//! knows no masks.
 
 use std::fs;
 use std::io::{BufRead, BufReader, BufWriter, Write};
@@ -37,29 +38,60 @@ impl NativeLoop {
         started
     }
 
-    fn start_in(folder: &Path, geometry: &Geometry, streams: &[Stream], threads: usize) -> Result<Self, String> {
+    fn start_in(
+        folder: &Path,
+        geometry: &Geometry,
+        streams: &[Stream],
+        threads: usize,
+    ) -> Result<Self, String> {
         let text = |e: std::io::Error| e.to_string();
         fs::create_dir_all(folder).map_err(text)?;
-        let (source, program, file) = (folder.join("embree_loop.cpp"), folder.join("embree_loop"), folder.join("rays"));
+        let (source, program, file) =
+            (folder.join("embree_loop.cpp"), folder.join("embree_loop"), folder.join("rays"));
         fs::write(&source, include_str!("../../ffi/embree_loop.cpp")).map_err(text)?;
         write_rays(&file, geometry, streams).map_err(text)?;
         let compiler = std::env::var("CXX").unwrap_or_else(|_| "c++".into());
         let mut command = Command::new(&compiler);
-        command.args(["-std=c++17", "-O3", "-march=native", "-I", env!("NEARFAR_EMBREE_INCLUDE")]).arg(&source).arg("-o").arg(&program);
+        command
+            .args(["-std=c++17", "-O3", "-march=native", "-I", env!("NEARFAR_EMBREE_INCLUDE")])
+            .arg(&source)
+            .arg("-o")
+            .arg(&program);
         let lib = env!("NEARFAR_EMBREE_LIB");
         if !lib.is_empty() {
             command.args(["-L", lib]).arg(format!("-Wl,-rpath,{lib}"));
         }
-        let compiled = command.args(["-lembree4", "-pthread"]).output().map_err(|e| format!("no C++ compiler \"{compiler}\": {e}"))?;
+        let compiled = command
+            .args(["-lembree4", "-pthread"])
+            .output()
+            .map_err(|e| format!("no C++ compiler \"{compiler}\": {e}"))?;
         if !compiled.status.success() {
-            return Err(format!("\"{compiler}\" failed: {}", String::from_utf8_lossy(&compiled.stderr).lines().next().unwrap_or_default()));
+            return Err(format!(
+                "\"{compiler}\" failed: {}",
+                String::from_utf8_lossy(&compiled.stderr).lines().next().unwrap_or_default()
+            ));
         }
-        let mut child = Command::new(&program).arg(&file).arg(threads.to_string()).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(text)?;
+        let mut child = Command::new(&program)
+            .arg(&file)
+            .arg(threads.to_string())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(text)?;
         let input = child.stdin.take();
         let output = child.stdout.take().ok_or("no output")?;
-        let mut running = Self { child, input, output: BufReader::new(output), folder: folder.into(), build_seconds: 0.0 };
+        let mut running = Self {
+            child,
+            input,
+            output: BufReader::new(output),
+            folder: folder.into(),
+            build_seconds: 0.0,
+        };
         let line = running.line()?;
-        running.build_seconds = line.strip_prefix("build ").and_then(|s| s.trim().parse().ok()).ok_or("no build time")?;
+        running.build_seconds = line
+            .strip_prefix("build ")
+            .and_then(|s| s.trim().parse().ok())
+            .ok_or("no build time")?;
         Ok(running)
     }
 
@@ -72,7 +104,12 @@ impl NativeLoop {
     }
 
     /// One run: seconds, and how many rays hit.
-    pub fn run(&mut self, stream: usize, width: usize, threads: usize) -> Result<(f64, usize), String> {
+    pub fn run(
+        &mut self,
+        stream: usize,
+        width: usize,
+        threads: usize,
+    ) -> Result<(f64, usize), String> {
         let input = self.input.as_mut().ok_or("no input")?;
         writeln!(input, "{stream} {width} {threads}").map_err(|e| e.to_string())?;
         input.flush().map_err(|e| e.to_string())?;
@@ -107,7 +144,9 @@ fn write_rays(path: &Path, geometry: &Geometry, streams: &[Stream]) -> std::io::
         out.write_all(&u64::from(stream.any).to_ne_bytes())?;
         out.write_all(&(stream.rays.len() as u64).to_ne_bytes())?;
         for r in &stream.rays {
-            for x in [r.origin.x, r.origin.y, r.origin.z, r.t_min, r.dir.x, r.dir.y, r.dir.z, r.t_max] {
+            for x in
+                [r.origin.x, r.origin.y, r.origin.z, r.t_min, r.dir.x, r.dir.y, r.dir.z, r.t_max]
+            {
                 out.write_all(&x.to_ne_bytes())?;
             }
         }

@@ -36,7 +36,8 @@ pub fn record(world: &World, count: usize, seed: u64) -> Vec<Stream> {
     let camera = camera_rays(world, count, seed);
     let mut hits: Vec<Option<Hit>> = vec![None; camera.len()];
     world.rays.closest_batch(&camera, &mut hits, 1);
-    let surface = |(ray, hit): (&Ray, &Option<Hit>)| hit.map(|h| Surface::new(&world.geometry, &h, -ray.dir));
+    let surface =
+        |(ray, hit): (&Ray, &Option<Hit>)| hit.map(|h| Surface::new(&world.geometry, &h, -ray.dir));
     let seen: Vec<Surface> = camera.iter().zip(&hits).filter_map(surface).collect();
     let streams = [
         Stream { name: "camera", any: false, rays: camera },
@@ -53,16 +54,26 @@ fn camera_rays(world: &World, count: usize, seed: u64) -> Vec<Ray> {
     let mut rays = Vec::with_capacity(count);
     for i in 0..count {
         // Whole rows spread over the picture when there are fewer rays than pixels.
-        let pixel = if count >= pixels { i % pixels } else { (i / 64 * (pixels * 64 / count) + i % 64) % pixels };
+        let pixel = if count >= pixels {
+            i % pixels
+        } else {
+            (i / 64 * (pixels * 64 / count) + i % 64) % pixels
+        };
         let mut rng = Rng::new(seed, Key::Test, pixel as u64, (i / pixels) as u64);
-        let corner = Vec2::new((pixel % camera.width as usize) as f32, (pixel / camera.width as usize) as f32);
+        let corner = Vec2::new(
+            (pixel % camera.width as usize) as f32,
+            (pixel / camera.width as usize) as f32,
+        );
         rays.push(Ray::new(camera.eye, camera.direction(corner + rng.next_2d())));
     }
     rays
 }
 
 fn cosine_ray(world: &World, surface: &Surface, rng: &mut Rng) -> Ray {
-    surface.ray(Frame::from_normal(surface.ng).world_from_local(sample_cosine_hemisphere(rng.next_2d())), world.diagonal)
+    surface.ray(
+        Frame::from_normal(surface.ng).world_from_local(sample_cosine_hemisphere(rng.next_2d())),
+        world.diagonal,
+    )
 }
 
 fn shadow_rays(world: &World, seen: &[Surface], count: usize, seed: u64) -> Vec<Ray> {
@@ -90,7 +101,10 @@ fn photon_rays(world: &World, count: usize, seed: u64) -> Vec<Ray> {
             || {
                 let bounds = world.rays.bounds();
                 let place = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
-                Ray::new(bounds.min + (bounds.max - bounds.min) * place, sample_uniform_sphere(rng.next_2d()))
+                Ray::new(
+                    bounds.min + (bounds.max - bounds.min) * place,
+                    sample_uniform_sphere(rng.next_2d()),
+                )
             },
             |e| e.ray,
         );

@@ -36,7 +36,8 @@ impl Discrete {
         let before = if i == 0 { 0.0 } else { self.cdf[i - 1] };
         if self.is_empty() { 0.0 } else { ((self.cdf[i] - before) / self.total()) as f32 }
     }
-    /// Index for `u` in \[0, 1), with the remainder of `u` stretched to \[0, 1) again; `None` when empty.
+    /// Index for `u` in \[0, 1), with the remainder of `u` stretched to \[0, 1) again; `None` when
+    /// empty.
     pub fn sample(&self, u: f32) -> Option<(usize, f32)> {
         if self.is_empty() {
             return None;

@@ -1,6 +1,7 @@
 //! A grid of weights to draw cells from: a row by its sum, then a column of the row.
 //!
-//! Two numbers give a cell and a place inside it, so that stratified numbers stay stratified. Cost O(log rows + log columns) a draw, 8 B a cell.
+//! Two numbers give a cell and a place inside it, so that stratified numbers stay stratified. Cost
+//! O(log rows + log columns) a draw, 8 B a cell.
 
 use glam::Vec2;
 
@@ -14,9 +15,11 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// From non-negative weights, row by row; `width` above 0. Negative and non-finite weights count as zero.
+    /// From non-negative weights, row by row; `width` above 0. Negative and non-finite weights
+    /// count as zero.
     pub fn new(width: usize, weights: &[f64]) -> Self {
-        let columns: Vec<Discrete> = weights.chunks(width.max(1)).map(|row| Discrete::new(row.iter().copied())).collect();
+        let columns: Vec<Discrete> =
+            weights.chunks(width.max(1)).map(|row| Discrete::new(row.iter().copied())).collect();
         Self { rows: Discrete::new(columns.iter().map(Discrete::total)), columns }
     }
     /// True when nothing can be drawn.
@@ -25,7 +28,11 @@ impl Grid {
     }
     /// Probability of cell (x, y).
     pub fn probability(&self, x: usize, y: usize) -> f32 {
-        if self.is_empty() { 0.0 } else { self.rows.probability(y) * self.columns[y].probability(x) }
+        if self.is_empty() {
+            0.0
+        } else {
+            self.rows.probability(y) * self.columns[y].probability(x)
+        }
     }
     /// Cell (x, y) for `u` in \[0, 1)², and a uniform place inside it; `None` when empty.
     pub fn sample(&self, u: Vec2) -> Option<(usize, usize, Vec2)> {
@@ -56,7 +63,11 @@ mod tests {
             let p = f64::from(grid.probability(i % 6, i / 6));
             assert!((p - weights[i] / weights.iter().sum::<f64>()).abs() < 1e-6);
             sum += p;
-            if p > 0.0 { chi += (c - p * f64::from(n)).powi(2) / (p * f64::from(n)) } else { assert_eq!(*c, 0.0) }
+            if p > 0.0 {
+                chi += (c - p * f64::from(n)).powi(2) / (p * f64::from(n))
+            } else {
+                assert_eq!(*c, 0.0)
+            }
         }
         assert!((sum - 1.0).abs() < 1e-5);
         // 18 degrees of freedom: mean 18, 42.3 is exceeded once in a thousand.

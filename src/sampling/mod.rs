@@ -1,6 +1,8 @@
-//! Random numbers keyed by what they are for, never by thread; warps from the unit square to directions and triangles; tables.
+//! Random numbers keyed by what they are for, never by thread; warps from the unit square to
+//! directions and triangles; tables.
 //!
-//! A key is (seed, [`Stream`], element, sample). Two passes never share a stream, so adding samples to one leaves the others' bits alone.
+//! A key is (seed, [`Stream`], element, sample). Two passes never share a stream, so adding samples
+//! to one leaves the others' bits alone.
 
 mod discrete;
 mod grid;
@@ -15,6 +17,6 @@ pub use pixel_filter::{FilterShape, PixelFilter};
 pub use rng::{Rng, Stream, hash64};
 pub use sobol::Sobol;
 pub use warp::{
-    pdf_cosine_hemisphere, pdf_uniform_cone, sample_cosine_hemisphere, sample_disc, sample_triangle, sample_uniform_cone, sample_uniform_hemisphere,
-    sample_uniform_sphere,
+    pdf_cosine_hemisphere, pdf_uniform_cone, sample_cosine_hemisphere, sample_disc,
+    sample_triangle, sample_uniform_cone, sample_uniform_hemisphere, sample_uniform_sphere,
 };

@@ -1,4 +1,5 @@
-//! Pixel filters by importance: a pixel's value is the plain mean over image positions drawn with the filter's own density.
+//! Pixel filters by importance: a pixel's value is the plain mean over image positions drawn with
+//! the filter's own density.
 //!
 //! ```text
 //! I(pixel) = ∫ f(x − centre) L(x) dx,  ∫ f = 1,  f ≥ 0          x = centre + W(u),  density of W(u) = f
@@ -6,8 +7,10 @@
 //! tent      (1 − |x| / r)(1 − |y| / r) / r² there
 //! gaussian  exp(−(x² + y²) / 2σ²), cut off and normalised at x² + y² = r², σ = r / 3
 //! ```
-//! Input  a uniform point of the unit square. Output  an image position, from the pixel's upper left corner, in pixels. Guarantees  strata of
-//! the square stay compact; the box of radius ½ gives the point itself, bit for bit. Not  filters with negative lobes: means of positive samples stay positive.
+//! Input  a uniform point of the unit square. Output  an image position, from the pixel's upper
+//!        left corner, in pixels. Guarantees  strata of the square stay compact; the box of radius
+//!        ½ gives the point itself, bit for bit. Not  filters with negative lobes: means of
+//!        positive samples stay positive.
 
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
@@ -87,7 +90,8 @@ mod tests {
     fn positions_follow_the_density() {
         let sobol = Sobol::new(3, Stream::Test, 0);
         let n = 1 << 14;
-        // Variance per axis and the share within half the radius of the vertical axis, both in closed form; the Gaussian's with a = 9/2 cut off.
+        // Variance per axis and the share within half the radius of the vertical axis, both in
+        // closed form; the Gaussian's with a = 9/2 cut off.
         let cut = (-4.5f64).exp() / (1.0 - (-4.5f64).exp());
         for (shape, variance, radius) in [
             (FilterShape::Box, 1.0 / 3.0, 0.5),
@@ -99,15 +103,26 @@ mod tests {
             let (mut mean, mut square, mut inside) = (glam::DVec2::ZERO, glam::DVec2::ZERO, 0);
             for i in 0..n {
                 let p = (filter.position(sobol.sample_2d(i, 0)) - 0.5) / radius;
-                assert!(p.abs().max_element() <= 1.0 + 1e-6 && (shape != FilterShape::Gaussian || p.length() <= 1.0 + 1e-5), "{p}");
+                assert!(
+                    p.abs().max_element() <= 1.0 + 1e-6
+                        && (shape != FilterShape::Gaussian || p.length() <= 1.0 + 1e-5),
+                    "{p}"
+                );
                 mean += p.as_dvec2() / f64::from(n);
                 square += p.as_dvec2() * p.as_dvec2() / f64::from(n);
                 inside += i32::from(p.x.abs() < 0.5);
             }
-            assert!(mean.length() < 1e-3 && (square - variance).abs().max_element() < 2e-3 * variance + 2e-4, "{shape:?}: {mean} {square} {variance}");
+            assert!(
+                mean.length() < 1e-3
+                    && (square - variance).abs().max_element() < 2e-3 * variance + 2e-4,
+                "{shape:?}: {mean} {square} {variance}"
+            );
             if shape != FilterShape::Gaussian {
                 let expected = if shape == FilterShape::Box { 0.5 } else { 0.75 };
-                assert!((f64::from(inside) / f64::from(n) - expected).abs() < 1e-3, "{shape:?}: {inside}");
+                assert!(
+                    (f64::from(inside) / f64::from(n) - expected).abs() < 1e-3,
+                    "{shape:?}: {inside}"
+                );
             }
         }
         let u = Vec2::new(0.1, 0.7);

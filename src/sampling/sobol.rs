@@ -1,9 +1,10 @@
 //! Owen-scrambled Sobol points, padded in pairs of dimensions `[Burley20]`.
 //!
-//! Each pair of dimensions is the two-dimensional Sobol (0,2)-sequence under its own nested uniform shuffle of the index and its own
-//! nested uniform (Owen) scramble of the values, both done by hashing. Guarantees: every power-of-two prefix of samples is stratified
-//! in every pair and every elementary interval; samples are unbiased and, over seeds, independent. Not guaranteed: stratification
-//! across different pairs.
+//! Each pair of dimensions is the two-dimensional Sobol (0,2)-sequence under its own nested uniform
+//! shuffle of the index and its own nested uniform (Owen) scramble of the values, both done by
+//! hashing. Guarantees: every power-of-two prefix of samples is stratified in every pair and every
+//! elementary interval; samples are unbiased and, over seeds, independent. Not guaranteed:
+//! stratification across different pairs.
 
 use super::rng::{Stream, hash64};
 use glam::Vec2;
@@ -39,7 +40,8 @@ impl Sobol {
     }
 }
 
-/// Hash whose every bit depends only on lower bits: a nested uniform permutation of bit-reversed values.
+/// Hash whose every bit depends only on lower bits: a nested uniform permutation of bit-reversed
+/// values.
 fn owen(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
@@ -53,8 +55,8 @@ fn owen_value(x: u32, seed: u32) -> u32 {
     owen(x.reverse_bits(), seed).reverse_bits()
 }
 
-/// Second Sobol dimension: the Pascal matrix modulo 2, C(i, k) odd exactly when the bits of k are among those of i; so bit k of the
-/// result is the sum over all supersets, five butterflies.
+/// Second Sobol dimension: the Pascal matrix modulo 2, C(i, k) odd exactly when the bits of k are
+/// among those of i; so bit k of the result is the sum over all supersets, five butterflies.
 fn sobol_1(index: u32) -> u32 {
     let mut y = index;
     y ^= (y >> 1) & 0x5555_5555;
@@ -85,7 +87,10 @@ mod tests {
                         let p = s.sample_2d(i, pair);
                         seen[(p.x * nx as f32) as usize * ny + (p.y * ny as f32) as usize] += 1;
                     }
-                    assert!(seen.iter().all(|&c| c == 1), "element {element} pair {pair} {nx}x{ny}");
+                    assert!(
+                        seen.iter().all(|&c| c == 1),
+                        "element {element} pair {pair} {nx}x{ny}"
+                    );
                 }
             }
         }

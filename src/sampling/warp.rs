@@ -1,4 +1,5 @@
-//! Warps from uniform points of \[0, 1)² to directions and surfaces. Local frames: +z is the normal. Densities are named by measure.
+//! Warps from uniform points of \[0, 1)² to directions and surfaces. Local frames: +z is the
+//! normal. Densities are named by measure.
 
 use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
@@ -9,7 +10,11 @@ pub fn sample_disc(u: Vec2) -> Vec2 {
     if p.x == 0.0 && p.y == 0.0 {
         return Vec2::ZERO;
     }
-    let (r, phi) = if p.x.abs() > p.y.abs() { (p.x, PI / 4.0 * (p.y / p.x)) } else { (p.y, PI / 2.0 - PI / 4.0 * (p.x / p.y)) };
+    let (r, phi) = if p.x.abs() > p.y.abs() {
+        (p.x, PI / 4.0 * (p.y / p.x))
+    } else {
+        (p.y, PI / 2.0 - PI / 4.0 * (p.x / p.y))
+    };
     Vec2::new(r * phi.cos(), r * phi.sin())
 }
 
@@ -102,7 +107,10 @@ mod tests {
         assert!(chi2(sample_cosine_hemisphere, |z| z.max(0.0).powi(2)).abs() < 4.0);
         assert!(chi2(sample_uniform_hemisphere, |z| z.max(0.0)).abs() < 4.0);
         assert!(chi2(sample_uniform_sphere, |z| (z + 1.0) * 0.5).abs() < 4.0);
-        assert!(chi2(|u| sample_uniform_cone(u, 0.4), |z| ((z - 0.6) / 0.4).clamp(0.0, 1.0)).abs() < 4.0);
+        assert!(
+            chi2(|u| sample_uniform_cone(u, 0.4), |z| ((z - 0.6) / 0.4).clamp(0.0, 1.0)).abs()
+                < 4.0
+        );
     }
 
     #[test]

@@ -31,7 +31,8 @@ pub enum UvRule {
     Smooth,
 }
 
-/// Polygons of three corners or more, with one material and one crease sharpness each per face and edge.
+/// Polygons of three corners or more, with one material and one crease sharpness each per face and
+/// edge.
 #[derive(Clone, Debug, Default)]
 pub struct Cage {
     /// Name for messages.
@@ -48,7 +49,8 @@ pub struct Cage {
     pub uv_corners: Vec<u32>,
     /// Material of every face: indices into [`super::Scene::materials`].
     pub materials: Vec<u32>,
-    /// Edges by their two vertices, with the levels they stay sharp for; [`INFINITE_SHARPNESS`] or more is for ever.
+    /// Edges by their two vertices, with the levels they stay sharp for; [`INFINITE_SHARPNESS`] or
+    /// more is for ever.
     pub creases: Vec<([u32; 2], f32)>,
     /// Vertices with the levels they stay sharp for.
     pub sharp_vertices: Vec<(u32, f32)>,
@@ -110,14 +112,20 @@ impl Cage {
             }
         }
         let mut part_of_root = vec![u32::MAX; self.positions.len()];
-        let (mut vertex_of, mut uv_of) = (vec![u32::MAX; self.positions.len()], vec![(u32::MAX, 0); self.uvs.len()]);
+        let (mut vertex_of, mut uv_of) =
+            (vec![u32::MAX; self.positions.len()], vec![(u32::MAX, 0); self.uvs.len()]);
         let mut parts: Vec<Self> = Vec::new();
         let mut face_of = Vec::with_capacity(self.face_count());
         for f in 0..self.face_count() {
             let root = find(&mut parent, self.corners[self.faces[f] as usize]) as usize;
             if part_of_root[root] == u32::MAX {
                 part_of_root[root] = parts.len() as u32;
-                parts.push(Self { name: self.name.clone(), boundary: self.boundary, sides: self.sides, ..Self::default() });
+                parts.push(Self {
+                    name: self.name.clone(),
+                    boundary: self.boundary,
+                    sides: self.sides,
+                    ..Self::default()
+                });
             }
             let index = part_of_root[root];
             let part = &mut parts[index as usize];
@@ -131,7 +139,8 @@ impl Cage {
                 }
                 corners.push(vertex_of[v]);
                 if let Some(&uv) = self.uv_corners.get(c) {
-                    // Parts may share texture coordinates; each gets a copy when it first needs one after another part did.
+                    // Parts may share texture coordinates; each gets a copy when it first needs one
+                    // after another part did.
                     if uv_of[uv as usize].0 != index {
                         uv_of[uv as usize] = (index, part.uvs.len() as u32);
                         part.uvs.push(self.uvs[uv as usize]);

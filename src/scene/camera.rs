@@ -21,7 +21,14 @@ pub struct Camera {
 
 impl Default for Camera {
     fn default() -> Self {
-        Self { eye: Vec3::new(0.0, 0.0, 5.0), target: Vec3::ZERO, up: Vec3::Y, vfov_deg: 45.0, width: 640, height: 360 }
+        Self {
+            eye: Vec3::new(0.0, 0.0, 5.0),
+            target: Vec3::ZERO,
+            up: Vec3::Y,
+            vfov_deg: 45.0,
+            width: 640,
+            height: 360,
+        }
     }
 }
 
@@ -33,7 +40,8 @@ impl Camera {
         (right, right.cross(forward), forward)
     }
 
-    /// Unit direction through the image position `pixel` (continuous pixel coordinates; the centre of pixel (i, j) is (i + ½, j + ½)).
+    /// Unit direction through the image position `pixel` (continuous pixel coordinates; the centre
+    /// of pixel (i, j) is (i + ½, j + ½)).
     pub fn direction(&self, pixel: Vec2) -> Vec3 {
         let (right, up, forward) = self.axes();
         let half_height = (self.vfov_deg.to_radians() * 0.5).tan();
@@ -57,7 +65,13 @@ impl Camera {
             return None;
         }
         let scale = 1.0 / (self.pixel_angle() * depth);
-        Some((Vec2::new(self.width as f32 * 0.5 + d.dot(right) * scale, self.height as f32 * 0.5 - d.dot(up) * scale), depth))
+        Some((
+            Vec2::new(
+                self.width as f32 * 0.5 + d.dot(right) * scale,
+                self.height as f32 * 0.5 - d.dot(up) * scale,
+            ),
+            depth,
+        ))
     }
 }
 
@@ -67,7 +81,14 @@ mod tests {
 
     #[test]
     fn centre_corners_and_projection() {
-        let c = Camera { eye: Vec3::ZERO, target: -Vec3::Z, up: Vec3::Y, vfov_deg: 90.0, width: 200, height: 100 };
+        let c = Camera {
+            eye: Vec3::ZERO,
+            target: -Vec3::Z,
+            up: Vec3::Y,
+            vfov_deg: 90.0,
+            width: 200,
+            height: 100,
+        };
         assert!((c.direction(Vec2::new(100.0, 50.0)) + Vec3::Z).length() < 1e-6);
         let top_left = c.direction(Vec2::ZERO);
         assert!((top_left - Vec3::new(-2.0, 1.0, -1.0).normalize()).length() < 1e-6);

@@ -3,8 +3,9 @@
 //! ```text
 //! x(t) = cubic Hermite between neighbouring keys; tangent at an inner key: (x₊ − x₋) / (t₊ − t₋), at the ends that of the line to the neighbour
 //! ```
-//! for eye, target, up and field of view alike (Catmull–Rom with uneven times). Guarantees  keys are met exactly, position and speed are
-//! continuous; two keys give a straight line at constant speed. Not: a bound on how far the curve swings out between uneven keys.
+//! for eye, target, up and field of view alike (Catmull–Rom with uneven times). Guarantees  keys
+//! are met exactly, position and speed are continuous; two keys give a straight line at constant
+//! speed. Not: a bound on how far the curve swings out between uneven keys.
 
 use glam::Vec3;
 
@@ -19,11 +20,13 @@ pub struct CameraPath {
 impl CameraPath {
     /// From at least one key; times rise from key to key. None otherwise.
     pub fn new(keys: Vec<(f32, Camera)>) -> Option<Self> {
-        let rising = keys.windows(2).all(|k| k[1].0 > k[0].0) && keys.iter().all(|k| k.0.is_finite());
+        let rising =
+            keys.windows(2).all(|k| k[1].0 > k[0].0) && keys.iter().all(|k| k.0.is_finite());
         (!keys.is_empty() && rising).then_some(Self { keys })
     }
 
-    /// The view of frame `frame` of `frames`; the first and the last are the first and the last key.
+    /// The view of frame `frame` of `frames`; the first and the last are the first and the last
+    /// key.
     pub fn frame(&self, frame: u32, frames: u32) -> Camera {
         let (first, last) = (self.keys[0].0, self.keys[self.keys.len() - 1].0);
         if frame + 1 == frames && frames > 1 {
@@ -82,6 +85,9 @@ mod tests {
         assert!((line.frame(1, 5).eye.x - 0.5).abs() < 1e-6);
         let still = CameraPath::new(vec![key(0.0, 3.0)]).unwrap();
         assert_eq!((still.frame(0, 1), still.frame(2, 5)), (key(0.0, 3.0).1, key(0.0, 3.0).1));
-        assert!(CameraPath::new(vec![]).is_none() && CameraPath::new(vec![key(1.0, 0.0), key(1.0, 1.0)]).is_none());
+        assert!(
+            CameraPath::new(vec![]).is_none()
+                && CameraPath::new(vec![key(1.0, 0.0), key(1.0, 1.0)]).is_none()
+        );
     }
 }

@@ -11,7 +11,8 @@ pub enum Basis {
     Linear,
     /// Cubic through all points, the ends continued by reflection; n − 1 spans.
     CatmullRom,
-    /// Uniform cubic B-spline, which starts and ends near the second point from either end; n − 3 spans.
+    /// Uniform cubic B-spline, which starts and ends near the second point from either end; n − 3
+    /// spans.
     Bspline,
     /// Cubic Bézier spans that share their end points: n = 3 m + 1 points, m spans.
     Bezier,

@@ -1,8 +1,11 @@
-//! What a scene is, as four numbers: files made from it name them, so that a file of another scene is known, and by what it differs.
+//! What a scene is, as four numbers: files made from it name them, so that a file of another scene
+//! is known, and by what it differs.
 //!
-//! Input   a [`Scene`]. Output  one hash each of meshes, materials, textures and lights; not of the camera, nor of any name.
-//! Guarantees  the same numbers on every machine and in every version of this program that does not say otherwise here (version 1): the
-//!             hash runs over the values' bits, in order, with their counts. Cost  about 1 ns for every 8 B of the scene.
+//! Input   a [`Scene`]. Output  one hash each of meshes, materials, textures and lights; not of the
+//!         camera, nor of any name.
+//! Guarantees  the same numbers on every machine and in every version of this program that does not
+//!             say otherwise here (version 1): the hash runs over the values' bits, in order, with
+//!             their counts. Cost  about 1 ns for every 8 B of the scene.
 
 use super::{Light, Scene, Sides};
 use crate::sampling::hash64;
@@ -48,14 +51,20 @@ impl Fingerprint {
         let mut words = text.split_whitespace();
         let mut parts = [0; 4];
         for (part, name) in parts.iter_mut().zip(PARTS) {
-            *part = u64::from_str_radix(words.next()?.strip_prefix(name)?.strip_prefix('=')?, 16).ok()?;
+            *part = u64::from_str_radix(words.next()?.strip_prefix(name)?.strip_prefix('=')?, 16)
+                .ok()?;
         }
         Some(Self(parts))
     }
 
     /// The parts in which two scenes differ, in words; none when they are the same.
     pub fn differing(&self, other: &Self) -> Option<String> {
-        let parts: Vec<&str> = PARTS.iter().zip(self.0.iter().zip(&other.0)).filter(|(_, (a, b))| a != b).map(|(name, _)| *name).collect();
+        let parts: Vec<&str> = PARTS
+            .iter()
+            .zip(self.0.iter().zip(&other.0))
+            .filter(|(_, (a, b))| a != b)
+            .map(|(name, _)| *name)
+            .collect();
         (!parts.is_empty()).then(|| parts.join(", "))
     }
 }
@@ -164,10 +173,27 @@ mod tests {
     use glam::Vec3;
 
     fn scene() -> Scene {
-        let mesh = Mesh { positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y], triangles: vec![[0, 1, 2]], materials: vec![0], ..Mesh::default() };
-        let texture = Texture { width: 1, height: 1, srgb: vec![[1, 2, 3]], mask: vec![9], ..Texture::default() };
+        let mesh = Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            triangles: vec![[0, 1, 2]],
+            materials: vec![0],
+            ..Mesh::default()
+        };
+        let texture = Texture {
+            width: 1,
+            height: 1,
+            srgb: vec![[1, 2, 3]],
+            mask: vec![9],
+            ..Texture::default()
+        };
         let lights = vec![Light::Sky { radiance: Vec3::ONE }];
-        Scene { meshes: vec![mesh], materials: vec![Material::default()], textures: vec![texture], lights, ..Scene::default() }
+        Scene {
+            meshes: vec![mesh],
+            materials: vec![Material::default()],
+            textures: vec![texture],
+            lights,
+            ..Scene::default()
+        }
     }
 
     #[test]
@@ -183,7 +209,10 @@ mod tests {
         assert_eq!(changed(&|s| s.meshes[0].positions[0].x = 1e-30).as_deref(), Some("meshes"));
         assert_eq!(changed(&|s| s.meshes[0].sides = Sides::Two).as_deref(), Some("meshes"));
         assert_eq!(changed(&|s| s.meshes[0].materials[0] = 1).as_deref(), Some("meshes"));
-        assert_eq!(changed(&|s| s.materials[0].opacity_texture = Some(0)).as_deref(), Some("materials"));
+        assert_eq!(
+            changed(&|s| s.materials[0].opacity_texture = Some(0)).as_deref(),
+            Some("materials")
+        );
         assert_eq!(changed(&|s| s.textures[0].mask[0] = 8).as_deref(), Some("textures"));
         assert_eq!(changed(&|s| s.lights.clear()).as_deref(), Some("lights"));
         let both = changed(&|s| {

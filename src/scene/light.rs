@@ -1,4 +1,5 @@
-//! Lights beside emissive materials. Quads and spheres also become geometry (visible, occluding) in `tessellate`.
+//! Lights beside emissive materials. Quads and spheres also become geometry (visible, occluding) in
+//! `tessellate`.
 
 use crate::radiometry::Rgb;
 use glam::Vec3;
@@ -52,7 +53,8 @@ pub enum Light {
         /// Radiant intensity, W/sr.
         intensity: Rgb,
     },
-    /// Point with a cone: full inside `inner_deg`, smoothstep to zero at `outer_deg` (half angles from the axis).
+    /// Point with a cone: full inside `inner_deg`, smoothstep to zero at `outer_deg` (half angles
+    /// from the axis).
     Spot {
         /// Position, world space.
         position: Vec3,

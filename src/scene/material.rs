@@ -10,13 +10,15 @@ pub type TextureId = u32;
 pub struct Material {
     /// Name as in the file.
     pub name: String,
-    /// Diffuse reflectance, multiplied with `albedo_texture`; the product is clamped to [`MAX_ALBEDO`].
+    /// Diffuse reflectance, multiplied with `albedo_texture`; the product is clamped to
+    /// [`MAX_ALBEDO`].
     pub albedo: Rgb,
     /// Texture of the reflectance.
     pub albedo_texture: Option<TextureId>,
     /// Radiance emitted from the front side (the side the winding faces).
     pub emission: Rgb,
-    /// Constant opacity; with `opacity_texture` the product. A surface point exists where it is at least ½.
+    /// Constant opacity; with `opacity_texture` the product. A surface point exists where it is at
+    /// least ½.
     pub opacity: f32,
     /// Mask texture (its `mask` channel is read).
     pub opacity_texture: Option<TextureId>,
@@ -24,7 +26,14 @@ pub struct Material {
 
 impl Default for Material {
     fn default() -> Self {
-        Self { name: "default".into(), albedo: Rgb::splat(0.5), albedo_texture: None, emission: Rgb::ZERO, opacity: 1.0, opacity_texture: None }
+        Self {
+            name: "default".into(),
+            albedo: Rgb::splat(0.5),
+            albedo_texture: None,
+            emission: Rgb::ZERO,
+            opacity: 1.0,
+            opacity_texture: None,
+        }
     }
 }
 

@@ -28,7 +28,8 @@ pub struct Mesh {
     pub uvs: Vec<Vec2>,
     /// Vertex indices; counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
-    /// Material of every triangle: indices into [`super::Scene::materials`], as long as `triangles`.
+    /// Material of every triangle: indices into [`super::Scene::materials`], as long as
+    /// `triangles`.
     pub materials: Vec<u32>,
     /// Which sides count.
     pub sides: Sides,

@@ -1,6 +1,7 @@
 //! The scene as data: camera, meshes, materials, lights, textures. No files, no rays, no rendering.
 //!
-//! Lengths are in the file's units. Directions and normals are unit unless said. Surfaces are two-sided diffuse; radiosity is stored per side.
+//! Lengths are in the file's units. Directions and normals are unit unless said. Surfaces are
+//! two-sided diffuse; radiosity is stored per side.
 
 pub mod builtin;
 mod cage;

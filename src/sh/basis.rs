@@ -1,4 +1,5 @@
-//! The basis up to l = 4 as polynomials of the unit direction, and the clamped cosine's band factors `[RH01]`.
+//! The basis up to l = 4 as polynomials of the unit direction, and the clamped cosine's band
+//! factors `[RH01]`.
 
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -64,7 +65,10 @@ mod tests {
         let n = 400;
         for i in 0..n {
             for j in 0..n {
-                let w = sample_uniform_sphere(Vec2::new((i as f32 + 0.5) / n as f32, (j as f32 + 0.5) / n as f32));
+                let w = sample_uniform_sphere(Vec2::new(
+                    (i as f32 + 0.5) / n as f32,
+                    (j as f32 + 0.5) / n as f32,
+                ));
                 f(w, 4.0 * std::f64::consts::PI / f64::from(n * n));
             }
         }
@@ -90,7 +94,9 @@ mod tests {
 
     #[test]
     fn addition_theorem() {
-        for w in [Vec3::X, Vec3::new(0.3, -0.5, 0.9).normalize(), Vec3::new(-0.6, 0.2, -0.4).normalize()] {
+        for w in
+            [Vec3::X, Vec3::new(0.3, -0.5, 0.9).normalize(), Vec3::new(-0.6, 0.2, -0.4).normalize()]
+        {
             let y = basis(w);
             for l in 0..MAX_BANDS {
                 let s: f32 = (l * l..(l + 1) * (l + 1)).map(|i| y[i] * y[i]).sum();
@@ -104,12 +110,14 @@ mod tests {
         let mut constant = ShRgb::default();
         constant.0[0] = Vec3::splat((4.0 * PI).sqrt());
         assert!((constant.irradiance(Vec3::Y).x - PI).abs() < 1e-5);
-        // A delta light of irradiance 1 projected on three bands: 17/16 facing it, 3/32 at right angles, 1/16 from behind.
+        // A delta light of irradiance 1 projected on three bands: 17/16 facing it, 3/32 at right
+        // angles, 1/16 from behind.
         let mut delta = ShRgb::default();
         for (c, y) in delta.0.iter_mut().zip(basis(Vec3::Z)).take(9) {
             *c = Vec3::splat(y);
         }
-        for (n, expected) in [(Vec3::Z, 17.0 / 16.0), (Vec3::X, 3.0 / 32.0), (-Vec3::Z, 1.0 / 16.0)] {
+        for (n, expected) in [(Vec3::Z, 17.0 / 16.0), (Vec3::X, 3.0 / 32.0), (-Vec3::Z, 1.0 / 16.0)]
+        {
             assert!((delta.irradiance(n).x - expected).abs() < 1e-5);
         }
         let mut field = ShRgb::default();
@@ -119,6 +127,10 @@ mod tests {
         let n = Vec3::new(0.3, 0.4, -0.7).normalize();
         let mut e = 0.0;
         quadrature(|w, dw| e += f64::from(field.radiance(w).x * n.dot(w).max(0.0)) * dw);
-        assert!((e - f64::from(field.irradiance(n).x)).abs() < 5e-3 * e.abs().max(1.0), "{e} {}", field.irradiance(n).x);
+        assert!(
+            (e - f64::from(field.irradiance(n).x)).abs() < 5e-3 * e.abs().max(1.0),
+            "{e} {}",
+            field.irradiance(n).x
+        );
     }
 }

@@ -3,10 +3,12 @@
 //! ```text
 //! minimise  Σ wᵢ |Lᵢ − Σ c Y(ωᵢ)|² + λ Σ wᵢ · Σ_lm [l(l+1)]²/(4π) |c_lm|²
 //! ```
-//! The ridge is the squared Laplacian on the sphere: it leaves l = 0 free, so a constant field is recovered exactly whatever λ, and the
-//! unseen hemisphere is filled smoothly instead of with zeros (which would halve the radiance at the horizon).
+//! The ridge is the squared Laplacian on the sphere: it leaves l = 0 free, so a constant field is
+//! recovered exactly whatever λ, and the unseen hemisphere is filled smoothly instead of with zeros
+//! (which would halve the radiance at the horizon).
 //!
-//! Guarantees  a field inside the span is recovered exactly with λ = 0 and enough samples. Cost  O(bands⁴) a sample, one Cholesky a fit.
+//! Guarantees  a field inside the span is recovered exactly with λ = 0 and enough samples. Cost
+//!             O(bands⁴) a sample, one Cholesky a fit.
 
 use glam::Vec3;
 
@@ -25,7 +27,12 @@ pub struct Fit {
 impl Fit {
     /// An empty fit with `bands` bands (1..=5).
     pub fn new(bands: usize) -> Self {
-        Self { bands, gram: [[0.0; COEFFICIENTS]; COEFFICIENTS], right: [[0.0; 3]; COEFFICIENTS], weight: 0.0 }
+        Self {
+            bands,
+            gram: [[0.0; COEFFICIENTS]; COEFFICIENTS],
+            right: [[0.0; 3]; COEFFICIENTS],
+            weight: 0.0,
+        }
     }
 
     /// Adds an observation of `radiance` from the unit direction `w`.
@@ -57,7 +64,9 @@ impl Fit {
                 let mut sum = self.gram[i][j];
                 if i == j {
                     let band = (i as f64).sqrt().floor();
-                    sum += lambda * self.weight * (band * (band + 1.0)).powi(2) / (4.0 * std::f64::consts::PI) + 1e-12 * self.weight;
+                    sum += lambda * self.weight * (band * (band + 1.0)).powi(2)
+                        / (4.0 * std::f64::consts::PI)
+                        + 1e-12 * self.weight;
                 }
                 for (a, b) in l[i].iter().zip(&l[j]).take(j) {
                     sum -= a * b;
@@ -101,8 +110,12 @@ mod tests {
             }
             let found = fit.solve(0.0);
             for (a, b) in found.0.iter().zip(&truth.0) {
-                // Radiances are f32: their rounding times the condition number of the hemisphere Gram matrix (6e3 at four bands).
-                assert!((*a - *b).length() < if bands < 4 { 1e-4 } else { 2e-3 }, "{bands}: {a} {b}");
+                // Radiances are f32: their rounding times the condition number of the hemisphere
+                // Gram matrix (6e3 at four bands).
+                assert!(
+                    (*a - *b).length() < if bands < 4 { 1e-4 } else { 2e-3 },
+                    "{bands}: {a} {b}"
+                );
             }
         }
     }

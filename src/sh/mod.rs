@@ -1,7 +1,9 @@
-//! Real spherical harmonics, the clamped-cosine convolution, least-squares fits, and their exact integrals over polygons.
+//! Real spherical harmonics, the clamped-cosine convolution, least-squares fits, and their exact
+//! integrals over polygons.
 //!
-//! Order and sign, stated once: coefficient `l² + l + m`; orthonormal; no Condon–Shortley phase, so Y₁ = 0.4886 · (y, z, x) for m = −1, 0, 1.
-//! A field of radiance is [`ShRgb`]: one RGB triple a coefficient. `bands` = l_max + 1.
+//! Order and sign, stated once: coefficient `l² + l + m`; orthonormal; no Condon–Shortley phase, so
+//! Y₁ = 0.4886 · (y, z, x) for m = −1, 0, 1. A field of radiance is [`ShRgb`]: one RGB triple a
+//! coefficient. `bands` = l_max + 1.
 
 mod basis;
 mod fit;

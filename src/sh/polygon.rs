@@ -1,4 +1,5 @@
-//! Polygons seen from a point, in double precision: Lambert's form factor and the moments of [`super::Quadratic`].
+//! Polygons seen from a point, in double precision: Lambert's form factor and the moments of
+//! [`super::Quadratic`].
 //!
 //! ```text
 //! G = ∫_P (N·w) dw = ½ Σ Θᵢ (N·nᵢ)          [Lambert60]      form factor F = G/π
@@ -6,16 +7,18 @@
 //! v = Σ w (s S + t (1−C))     Q = Σ w [ s sᵀ (Θ+SC)/2 + t tᵀ (Θ−SC)/2 + (s tᵀ + t sᵀ)/2 · S² ]
 //! T = ½ Σ Θᵢ nᵢ               Ω = solid angle
 //! ```
-//! Input   corners relative to the point; N unit. Output  moments of the part above the horizon, positive when the corners run
-//!         clockwise seen from the point (det(v₀, v₁, v₂) > 0).
-//! Guarantees  additive over subdivision; Σ over a closed surface equals Σ A_l c Y(N) for any three-band field.
-//! This is the readable form, used by tests and by Monte Carlo modes; [`super::moments8`] is the fast one.
+//! Input   corners relative to the point; N unit. Output  moments of the part above the horizon,
+//!         positive when the corners run clockwise seen from the point (det(v₀, v₁, v₂) > 0).
+//! Guarantees  additive over subdivision; Σ over a closed surface equals Σ A_l c Y(N) for any
+//!             three-band field. This is the readable form, used by tests and by Monte Carlo modes;
+//!             [`super::moments8`] is the fast one.
 
 use glam::{DVec3, Vec3};
 
 use super::MOMENTS;
 
-/// The part of a convex polygon above the plane through the origin with normal `n`, in order; empty when all below.
+/// The part of a convex polygon above the plane through the origin with normal `n`, in order; empty
+/// when all below.
 pub fn clip_to_horizon(corners: &[DVec3], n: DVec3) -> Vec<DVec3> {
     let mut out = Vec::with_capacity(corners.len() + 1);
     for (i, &a) in corners.iter().enumerate() {
@@ -34,9 +37,11 @@ pub fn clip_to_horizon(corners: &[DVec3], n: DVec3) -> Vec<DVec3> {
 /// The 14 moments of a polygon given relative to the point.
 pub fn moments(corners: &[Vec3], n: Vec3) -> [f64; MOMENTS] {
     let normal = n.as_dvec3();
-    let clipped = clip_to_horizon(&corners.iter().map(|c| c.as_dvec3()).collect::<Vec<_>>(), normal);
+    let clipped =
+        clip_to_horizon(&corners.iter().map(|c| c.as_dvec3()).collect::<Vec<_>>(), normal);
     let mut m = [0.0; MOMENTS];
-    let unit: Vec<DVec3> = clipped.iter().filter(|v| v.length() > 0.0).map(|v| v.normalize()).collect();
+    let unit: Vec<DVec3> =
+        clipped.iter().filter(|v| v.length() > 0.0).map(|v| v.normalize()).collect();
     if unit.len() < 3 {
         return m;
     }
@@ -52,7 +57,8 @@ pub fn moments(corners: &[Vec3], n: Vec3) -> [f64; MOMENTS] {
         let w = normal.dot(edge_n);
         m[0] += 0.5 * w * theta;
         let v = (s * sin + t * (1.0 - cos)) * w;
-        let (qs, qt, qst) = ((theta + sin * cos) / 2.0 * w, (theta - sin * cos) / 2.0 * w, sin * sin / 2.0 * w);
+        let (qs, qt, qst) =
+            ((theta + sin * cos) / 2.0 * w, (theta - sin * cos) / 2.0 * w, sin * sin / 2.0 * w);
         for k in 0..3 {
             m[1 + k] += v[k];
             m[4 + k] += s[k] * s[k] * qs + t[k] * t[k] * qt + 2.0 * s[k] * t[k] * qst;

@@ -1,9 +1,11 @@
 //! The moments of eight triangles at once: the inner loop of the near sum.
 //!
-//! Same quantities as [`super::moments`], in f32 on eight lanes, without a branch: each edge is clipped to the horizon by itself, and the
-//! edge along the horizon closes the polygon. The solid angle is summed per edge against the direction of the centroid.
+//! Same quantities as [`super::moments`], in f32 on eight lanes, without a branch: each edge is
+//! clipped to the horizon by itself, and the edge along the horizon closes the polygon. The solid
+//! angle is summed per edge against the direction of the centroid.
 //!
-//! Accuracy: about 1e-6 absolute in G for triangles as large as their distance. Cost: four edges of two arctangents and two square roots.
+//! Accuracy: about 1e-6 absolute in G for triangles as large as their distance. Cost: four edges of
+//! two arctangents and two square roots.
 
 use glam::Vec3;
 use wide::f32x8;
@@ -13,14 +15,19 @@ use super::MOMENTS;
 type F = f32x8;
 type V = [F; 3];
 
-/// Moments of eight triangles (lane by lane), positive when seen clockwise, i.e. for det(v₀, v₁, v₂) > 0.
+/// Moments of eight triangles (lane by lane), positive when seen clockwise, i.e. for det(v₀, v₁,
+/// v₂) > 0.
 pub type Moments8 = [F; MOMENTS];
 
 fn dot(a: V, b: V) -> F {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 fn cross(a: V, b: V) -> V {
-    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
+    [
+        a[1].mul_sub(b[2], a[2] * b[1]),
+        a[2].mul_sub(b[0], a[0] * b[2]),
+        a[0].mul_sub(b[1], a[1] * b[0]),
+    ]
 }
 fn scale(a: V, s: F) -> V {
     a.map(|v| v * s)
@@ -37,14 +44,24 @@ fn unit(a: V) -> V {
     scale(a, inverse)
 }
 
-/// Arctangent of y/x for y ≥ 0, in \[0, π\]; the polynomial on \[0, 1\] is Abramowitz & Stegun 4.4.49 (error below 2e-8, f32 rounding above it).
+/// Arctangent of y/x for y ≥ 0, in \[0, π\]; the polynomial on \[0, 1\] is Abramowitz & Stegun
+/// 4.4.49 (error below 2e-8, f32 rounding above it).
 fn atan2_upper(y: F, x: F) -> F {
     let ax = x.abs();
     let (low, high) = (y.fast_min(ax), y.fast_max(ax));
     let r = low / high.fast_max(F::splat(1e-30));
     let z = r * r;
     let mut p = F::splat(0.002_866_225_7);
-    for c in [-0.016_165_737, 0.042_909_61, -0.075_289_64, 0.106_562_64, -0.142_088_99, 0.199_935_5, -0.333_331_45, 1.0] {
+    for c in [
+        -0.016_165_737,
+        0.042_909_61,
+        -0.075_289_64,
+        0.106_562_64,
+        -0.142_088_99,
+        0.199_935_5,
+        -0.333_331_45,
+        1.0,
+    ] {
         p = p.mul_add(z, F::splat(c));
     }
     let a = p * r;
@@ -83,7 +100,8 @@ fn edge(m: &mut Moments8, s: V, e: V, valid: F, n: V, apex: V) {
     m[10] += numerator.simd_ge(F::ZERO).bitselect(angle, -angle);
 }
 
-/// Moments of eight triangles with corners `v` relative to the point, above the horizon of the unit normal `n`.
+/// Moments of eight triangles with corners `v` relative to the point, above the horizon of the unit
+/// normal `n`.
 pub fn moments8(v: &[V; 3], n: Vec3) -> Moments8 {
     let n: V = n.to_array().map(F::splat);
     let h = v.map(|c| dot(c, n));
@@ -95,8 +113,19 @@ pub fn moments8(v: &[V; 3], n: Vec3) -> Moments8 {
         let j = (i + 1) % 3;
         let (above_i, above_j) = (h[i].simd_ge(F::ZERO), h[j].simd_ge(F::ZERO));
         let difference = h[i] - h[j];
-        let cut = unit(lerp(v[i], v[j], h[i] / (difference.abs().simd_gt(F::splat(1e-30))).bitselect(difference, F::ONE)));
-        edge(&mut m, pick(above_i, u[i], cut), pick(above_j, u[j], cut), above_i | above_j, n, apex);
+        let cut = unit(lerp(
+            v[i],
+            v[j],
+            h[i] / (difference.abs().simd_gt(F::splat(1e-30))).bitselect(difference, F::ONE),
+        ));
+        edge(
+            &mut m,
+            pick(above_i, u[i], cut),
+            pick(above_j, u[j], cut),
+            above_i | above_j,
+            n,
+            apex,
+        );
         let (leaves, enters) = (above_i & !above_j, above_j & !above_i);
         exit = pick(leaves, cut, exit);
         entry = pick(enters, cut, entry);
@@ -115,7 +144,13 @@ mod tests {
     use crate::sh::{ShRgb, moments};
 
     fn lanes(triangles: &[[Vec3; 3]]) -> [V; 3] {
-        std::array::from_fn(|corner| std::array::from_fn(|k| F::from(std::array::from_fn::<f32, 8, _>(|lane| triangles[lane % triangles.len()][corner][k]))))
+        std::array::from_fn(|corner| {
+            std::array::from_fn(|k| {
+                F::from(std::array::from_fn::<f32, 8, _>(|lane| {
+                    triangles[lane % triangles.len()][corner][k]
+                }))
+            })
+        })
     }
 
     fn random_point(rng: &mut Rng) -> Vec3 {
@@ -128,10 +163,12 @@ mod tests {
         let (mut sum, mut count) = (0.0f64, 0.0f64);
         for _ in 0..20_000 {
             let n = sample_uniform_sphere(rng.next_2d());
-            let triangles: Vec<[Vec3; 3]> = (0..8).map(|_| std::array::from_fn(|_| random_point(&mut rng))).collect();
+            let triangles: Vec<[Vec3; 3]> =
+                (0..8).map(|_| std::array::from_fn(|_| random_point(&mut rng))).collect();
             let fast = moments8(&lanes(&triangles), n);
             for (lane, t) in triangles.iter().enumerate() {
-                // Triangles whose plane nearly holds the point have an ill-defined winding: the near sum rejects them.
+                // Triangles whose plane nearly holds the point have an ill-defined winding: the
+                // near sum rejects them.
                 let det = t[0].dot(t[1].cross(t[2]));
                 if det.abs() < 0.05 {
                     continue;
@@ -141,22 +178,31 @@ mod tests {
                     let difference = (f64::from(fast[k].to_array()[lane]) - exact[k]).abs();
                     sum += difference;
                     count += 1.0;
-                    // Worst case: a triangle of 4 sr whose edge passes close to the point's antipode loses five digits of f32 to cancellation.
-                    assert!(difference < 5e-4, "moment {k}: {} {} {t:?} {n}", fast[k].to_array()[lane], exact[k]);
+                    // Worst case: a triangle of 4 sr whose edge passes close to the point's
+                    // antipode loses five digits of f32 to cancellation.
+                    assert!(
+                        difference < 5e-4,
+                        "moment {k}: {} {} {t:?} {n}",
+                        fast[k].to_array()[lane],
+                        exact[k]
+                    );
                 }
             }
         }
         assert!(sum / count < 1e-6, "mean error {}", sum / count);
     }
 
-    /// The key identity: triangles that tile the sphere around the point reproduce the cosine convolution exactly.
+    /// The key identity: triangles that tile the sphere around the point reproduce the cosine
+    /// convolution exactly.
     #[test]
     fn closed_box_sums_to_the_convolution() {
         let mut rng = Rng::new(5, Stream::Test, 1, 0);
         let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32);
-        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let faces =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         for _ in 0..50 {
-            let x = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) * 0.9 + Vec3::splat(0.05);
+            let x =
+                Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) * 0.9 + Vec3::splat(0.05);
             let n = sample_uniform_sphere(rng.next_2d());
             let mut field = ShRgb::default();
             for c in field.0.iter_mut().take(9) {
@@ -177,7 +223,10 @@ mod tests {
                     }
                 }
             }
-            assert!((slow[0] / std::f64::consts::PI - 1.0).abs() < 1e-6, "form factors of a closed box sum to one");
+            assert!(
+                (slow[0] / std::f64::consts::PI - 1.0).abs() < 1e-6,
+                "form factors of a closed box sum to one"
+            );
             let q = crate::sh::Quadratic::new(&field, n);
             let expected = field.irradiance(n);
             for m in [slow, fast] {
@@ -193,18 +242,38 @@ mod tests {
         let pi = std::f64::consts::PI;
         // Parallel 1.3 × 0.7 at height 0.9, corner above the point.
         let (a, b, h) = (1.3f32, 0.7, 0.9);
-        let r = [Vec3::new(0.0, 0.0, h), Vec3::new(a, 0.0, h), Vec3::new(a, b, h), Vec3::new(0.0, b, h)];
+        let r = [
+            Vec3::new(0.0, 0.0, h),
+            Vec3::new(a, 0.0, h),
+            Vec3::new(a, b, h),
+            Vec3::new(0.0, b, h),
+        ];
         assert!((form_integral(&r, Vec3::Z) / pi - 0.137_671_753_1).abs() < 1e-7);
         // Perpendicular: distance 0.8, width 1.7 from the foot, height 1.1.
         let (d, w, h) = (0.8f32, 1.7, 1.1);
-        let r = [Vec3::new(d, 0.0, 0.0), Vec3::new(d, 0.0, h), Vec3::new(d, w, h), Vec3::new(d, w, 0.0)];
+        let r = [
+            Vec3::new(d, 0.0, 0.0),
+            Vec3::new(d, 0.0, h),
+            Vec3::new(d, w, h),
+            Vec3::new(d, w, 0.0),
+        ];
         assert!((form_integral(&r, Vec3::Z).abs() / pi - 0.096_121_683_4).abs() < 1e-7);
         // The same wall reaching below the horizon counts only what is above.
-        let r = [Vec3::new(d, 0.0, -5.0), Vec3::new(d, 0.0, h), Vec3::new(d, w, h), Vec3::new(d, w, -5.0)];
+        let r = [
+            Vec3::new(d, 0.0, -5.0),
+            Vec3::new(d, 0.0, h),
+            Vec3::new(d, w, h),
+            Vec3::new(d, w, -5.0),
+        ];
         assert!((form_integral(&r, Vec3::Z).abs() / pi - 0.096_121_683_4).abs() < 1e-7);
         // Half of the hemisphere behind an infinite wall at the foot.
         let far = 1e5;
-        let r = [Vec3::new(1e-4, -far, 0.0), Vec3::new(1e-4, -far, far), Vec3::new(1e-4, far, far), Vec3::new(1e-4, far, 0.0)];
+        let r = [
+            Vec3::new(1e-4, -far, 0.0),
+            Vec3::new(1e-4, -far, far),
+            Vec3::new(1e-4, far, far),
+            Vec3::new(1e-4, far, 0.0),
+        ];
         assert!((form_integral(&r, Vec3::Z).abs() / pi - 0.5).abs() < 1e-4);
     }
 
@@ -216,10 +285,14 @@ mod tests {
             let n = sample_uniform_sphere(rng.next_2d());
             let m = [(t[0] + t[1]) * 0.5, (t[1] + t[2]) * 0.5, (t[2] + t[0]) * 0.5];
             let whole = moments(&t, n);
-            let parts = [[t[0], m[0], m[2]], [m[0], t[1], m[1]], [m[2], m[1], t[2]], [m[0], m[1], m[2]]];
+            let parts =
+                [[t[0], m[0], m[2]], [m[0], t[1], m[1]], [m[2], m[1], t[2]], [m[0], m[1], m[2]]];
             // Midpoints are rounded to f32: the parts tile the triangle to 1e-7.
             for (k, &moment) in whole.iter().enumerate() {
-                assert!((parts.iter().map(|p| moments(p, n)[k]).sum::<f64>() - moment).abs() < 1e-4 * (1.0 / t[0].dot(t[1].cross(t[2])).abs() as f64).max(1.0));
+                assert!(
+                    (parts.iter().map(|p| moments(p, n)[k]).sum::<f64>() - moment).abs()
+                        < 1e-4 * (1.0 / t[0].dot(t[1].cross(t[2])).abs() as f64).max(1.0)
+                );
             }
         }
     }

@@ -1,11 +1,13 @@
-//! Three bands as a quadratic polynomial of the direction, and its integrals over polygons as a dot product with 14 moments.
+//! Three bands as a quadratic polynomial of the direction, and its integrals over polygons as a dot
+//! product with 14 moments.
 //!
 //! ```text
 //! L(w) = c₀ + b·w + wᵀ M w            (M symmetric, trace carried by the l = 2 part and c₀)
 //! ∫_P L(w) (N·w) dw = c₀ G + b·v/3 + M:Q/4 + (b·N) Ω/3 + (M N)·T/2
 //! ```
-//! Source: irradiance tensors `[Arvo95]`, worked out per polygon edge; the moments (G, v, Q, Ω, T) do not depend on the radiance, so the
-//! moments of many polygons are summed first and the radiance is applied once a point and channel.
+//! Source: irradiance tensors `[Arvo95]`, worked out per polygon edge; the moments (G, v, Q, Ω, T)
+//! do not depend on the radiance, so the moments of many polygons are summed first and the radiance
+//! is applied once a point and channel.
 
 use glam::Vec3;
 
@@ -23,7 +25,8 @@ pub struct Quadratic {
 }
 
 impl Quadratic {
-    /// From the first nine coefficients of `sh`, for integrals against the cosine to the unit normal `n`.
+    /// From the first nine coefficients of `sh`, for integrals against the cosine to the unit
+    /// normal `n`.
     pub fn new(sh: &ShRgb, n: Vec3) -> Self {
         let c = &sh.0;
         let c0 = c[0] * 0.282_094_79 - c[6] * 0.315_391_57;
@@ -32,7 +35,11 @@ impl Quadratic {
         let m_yy = -m_xx;
         let m_zz = c[6] * (3.0 * 0.315_391_57);
         let (m_xy, m_yz, m_xz) = (c[4] * 0.546_274_2, c[5] * 0.546_274_2, c[7] * 0.546_274_2);
-        let m_n = [m_xx * n.x + m_xy * n.y + m_xz * n.z, m_xy * n.x + m_yy * n.y + m_yz * n.z, m_xz * n.x + m_yz * n.y + m_zz * n.z];
+        let m_n = [
+            m_xx * n.x + m_xy * n.y + m_xz * n.z,
+            m_xy * n.x + m_yy * n.y + m_yz * n.z,
+            m_xz * n.x + m_yz * n.y + m_zz * n.z,
+        ];
         let b_n = b[0] * n.x + b[1] * n.y + b[2] * n.z;
         Self {
             factor: [

@@ -1,12 +1,14 @@
 //! From a hit to light: surfaces, light sources, direct light.
 //!
-//! Conventions: `wo` points towards the viewer, `wi` towards the light; both unit, both away from the surface.
-//! `ng`/`ns` of a [`Surface`] face `wo`.
+//! Conventions: `wo` points towards the viewer, `wi` towards the light; both unit, both away from
+//! the surface. `ng`/`ns` of a [`Surface`] face `wo`.
 
 mod lights;
 mod surface;
 mod world;
 
-pub use lights::{DirectSettings, LightSample, LightTable, PhotonEmission, Sky, direct_irradiance, light_visible};
+pub use lights::{
+    DirectSettings, LightSample, LightTable, PhotonEmission, Sky, direct_irradiance, light_visible,
+};
 pub use surface::Surface;
 pub use world::World;

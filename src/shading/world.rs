@@ -34,7 +34,10 @@ impl World {
         let _phase = run.phase("build", 1);
         let geometry = Arc::new(Geometry::new(scene));
         if geometry.dropped_degenerate + geometry.dropped_duplicate > 0 {
-            run.warn(format!("{} zero-area and {} duplicate triangles were left out", geometry.dropped_degenerate, geometry.dropped_duplicate));
+            run.warn(format!(
+                "{} zero-area and {} duplicate triangles were left out",
+                geometry.dropped_degenerate, geometry.dropped_duplicate
+            ));
         }
         let rays = run.install(|| build(backend, &geometry, run.threads()))?;
         let lights = LightTable::new(scene, &geometry);

@@ -1,15 +1,20 @@
 //! Catmull–Clark subdivision surfaces: [`Cage`] → [`Mesh`] on the limit surface.
 //!
-//! The cage is refined N times (rules: `half_edges`), every vertex is moved to its limit and gets the limit's normal (`limit`), and every quad is cut
-//! along its shorter diagonal. So the vertices lie exactly on the smooth surface, whatever N; what N decides is how well the triangles
-//! between them follow it: the distance falls by 4 a level.
+//! The cage is refined N times (rules: `half_edges`), every vertex is moved to its limit and gets
+//! the limit's normal (`limit`), and every quad is cut along its shorter diagonal. So the vertices
+//! lie exactly on the smooth surface, whatever N; what N decides is how well the triangles between
+//! them follow it: the distance falls by 4 a level.
 //!
-//! Input   a [`Cage`] in world space. Output  a [`Mesh`]; vertices split where normals (creases) or texture coordinates (seams) differ.
-//! Source  `[CC78]` Catmull, Clark; `[DKT98]` DeRose, Kass, Truong (creases); `[HKD93]` Halstead, Kass, DeRose (limits).
-//! Guarantees  one limit position a vertex, so that a closed cage gives a closed mesh, bit for bit; the same for any thread count; a mesh of
-//!             more than [`MAX_TRIANGLES`] is refused before it is allocated. Not  adaptive within one connected part; hierarchical edits.
+//! Input   a [`Cage`] in world space. Output  a [`Mesh`]; vertices split where normals (creases) or
+//!         texture coordinates (seams) differ.
+//! Source  `[CC78]` Catmull, Clark; `[DKT98]` DeRose, Kass, Truong (creases); `[HKD93]` Halstead,
+//!         Kass, DeRose (limits).
+//! Guarantees  one limit position a vertex, so that a closed cage gives a closed mesh, bit for bit;
+//!             the same for any thread count; a mesh of more than [`MAX_TRIANGLES`] is refused
+//!             before it is allocated. Not  adaptive within one connected part; hierarchical edits.
 //! Cost    2 · 4^(N−1) triangles a corner of the cage; about 250 B a triangle while it runs.
-//! Knobs   [`Levels`] (3); [`SubdivisionSettings::boundary`] (edge-and-corner); [`SubdivisionSettings::uv`] (linear); creases by angle (off).
+//! Knobs   [`Levels`] (3); [`SubdivisionSettings::boundary`] (edge-and-corner);
+//!         [`SubdivisionSettings::uv`] (linear); creases by angle (off).
 
 use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
@@ -29,7 +34,8 @@ pub const MAX_LEVELS: u32 = 10;
 pub enum Levels {
     /// This number, from 1 on.
     Fixed(u32),
-    /// For every part of the cage that shares no vertex with others the least for which no edge of the refined cage is longer than this, scene units.
+    /// For every part of the cage that shares no vertex with others the least for which no edge of
+    /// the refined cage is longer than this, scene units.
     Edge(f32),
 }
 
@@ -42,7 +48,8 @@ pub struct SubdivisionSettings {
     pub boundary: Boundary,
     /// Texture coordinates.
     pub uv: UvRule,
-    /// Edges whose faces' normals differ by more than this many degrees are creases of `crease_sharpness`.
+    /// Edges whose faces' normals differ by more than this many degrees are creases of
+    /// `crease_sharpness`.
     pub crease_angle_deg: Option<f32>,
     /// Sharpness of such edges, levels.
     pub crease_sharpness: f32,
@@ -50,12 +57,18 @@ pub struct SubdivisionSettings {
 
 impl Default for SubdivisionSettings {
     fn default() -> Self {
-        Self { levels: Levels::Fixed(3), boundary: Boundary::default(), uv: UvRule::default(), crease_angle_deg: None, crease_sharpness: INFINITE_SHARPNESS }
+        Self {
+            levels: Levels::Fixed(3),
+            boundary: Boundary::default(),
+            uv: UvRule::default(),
+            crease_angle_deg: None,
+            crease_sharpness: INFINITE_SHARPNESS,
+        }
     }
 }
 
-/// The triangles of a cage's limit surface, and how many of its edges are shared by more than two faces or by two wound against each other
-/// (they became creases).
+/// The triangles of a cage's limit surface, and how many of its edges are shared by more than two
+/// faces or by two wound against each other (they became creases).
 ///
 /// # Errors
 /// A message when the cage's indices are wrong or the mesh would not fit.
@@ -69,7 +82,9 @@ pub fn subdivide(cage: &Cage, settings: &SubdivisionSettings) -> Result<(Mesh, u
             faulty += count;
             append(&mut whole, mesh);
             if whole.triangles.len() as u64 > MAX_TRIANGLES {
-                return Err(format!("the parts together would make more than {MAX_TRIANGLES} triangles; give a longer edge"));
+                return Err(format!(
+                    "the parts together would make more than {MAX_TRIANGLES} triangles; give a longer edge"
+                ));
             }
         }
         (whole, faulty)
@@ -96,7 +111,9 @@ fn subdivide_part(cage: &Cage, settings: &SubdivisionSettings) -> Result<(Mesh, 
     if let Some(angle) = settings.crease_angle_deg {
         crease_by_angle(&mut mesh, angle, settings.crease_sharpness);
     }
-    let mut uv_mesh = (settings.uv == UvRule::Smooth && !cage.uv_corners.is_empty()).then(|| uv_cage(cage)).transpose()?;
+    let mut uv_mesh = (settings.uv == UvRule::Smooth && !cage.uv_corners.is_empty())
+        .then(|| uv_cage(cage))
+        .transpose()?;
     let mut level = 0;
     loop {
         let done = match settings.levels {
@@ -131,15 +148,22 @@ fn subdivide_part(cage: &Cage, settings: &SubdivisionSettings) -> Result<(Mesh, 
 }
 
 fn check_size(mesh: &HalfEdges, level: u32, left: u32, levels: Levels) -> Result<(), String> {
-    let triangles = (2 * mesh.next_faces() as u64).saturating_mul(1u64.checked_shl(2 * (left - 1)).unwrap_or(u64::MAX));
+    let triangles = (2 * mesh.next_faces() as u64)
+        .saturating_mul(1u64.checked_shl(2 * (left - 1)).unwrap_or(u64::MAX));
     if triangles <= MAX_TRIANGLES && level + left <= MAX_LEVELS {
         return Ok(());
     }
     Err(match levels {
-        Levels::Fixed(n) if n > MAX_LEVELS => format!("levels is {n} but may not exceed {MAX_LEVELS}; give fewer"),
-        Levels::Fixed(n) => format!("levels = {n} would make {triangles} triangles, more than {MAX_TRIANGLES}; give fewer levels"),
+        Levels::Fixed(n) if n > MAX_LEVELS => {
+            format!("levels is {n} but may not exceed {MAX_LEVELS}; give fewer")
+        }
+        Levels::Fixed(n) => format!(
+            "levels = {n} would make {triangles} triangles, more than {MAX_TRIANGLES}; give fewer levels"
+        ),
         Levels::Edge(length) => {
-            format!("edges of {length} would need more than {level} levels and {MAX_TRIANGLES} triangles or {MAX_LEVELS} levels; give a longer edge")
+            format!(
+                "edges of {length} would need more than {level} levels and {MAX_TRIANGLES} triangles or {MAX_LEVELS} levels; give a longer edge"
+            )
         }
     })
 }
@@ -223,15 +247,16 @@ fn emit(mesh: &HalfEdges) -> Mesh {
                     let normal = n.as_vec3().normalize_or_zero();
                     let uv = mesh.uvs.get(c as usize).copied().unwrap_or_default();
                     let key = [normal.x, normal.y, normal.z, uv.x, uv.y].map(f32::to_bits);
-                    let index = made.iter().find(|m| m.0 == key).map(|m| m.1).unwrap_or_else(|| {
-                        block.positions.push(position.as_vec3());
-                        block.normals.push(normal);
-                        if !mesh.uvs.is_empty() {
-                            block.uvs.push(uv);
-                        }
-                        made.push((key, block.positions.len() as u32 - 1));
-                        block.positions.len() as u32 - 1
-                    });
+                    let index =
+                        made.iter().find(|m| m.0 == key).map(|m| m.1).unwrap_or_else(|| {
+                            block.positions.push(position.as_vec3());
+                            block.normals.push(normal);
+                            if !mesh.uvs.is_empty() {
+                                block.uvs.push(uv);
+                            }
+                            made.push((key, block.positions.len() as u32 - 1));
+                            block.positions.len() as u32 - 1
+                        });
                     block.corners.push((c, index));
                 }
             }
@@ -252,8 +277,13 @@ fn emit(mesh: &HalfEdges) -> Mesh {
         if material == NONE {
             continue;
         }
-        let length = |i: u32, j: u32| out.positions[i as usize].distance_squared(out.positions[j as usize]);
-        out.triangles.extend(if length(b, d) < length(a, c) { [[a, b, d], [b, c, d]] } else { [[a, b, c], [a, c, d]] });
+        let length =
+            |i: u32, j: u32| out.positions[i as usize].distance_squared(out.positions[j as usize]);
+        out.triangles.extend(if length(b, d) < length(a, c) {
+            [[a, b, d], [b, c, d]]
+        } else {
+            [[a, b, c], [a, c, d]]
+        });
         out.materials.extend([material; 2]);
     }
     out

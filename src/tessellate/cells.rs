@@ -1,12 +1,15 @@
 //! Cells: pieces of triangles no larger than `near_cell`, for the near sum and the proxy.
 //!
-//! Each triangle is bisected at the middle of its longest edge until no edge is longer than `near_cell`. The bisections form a binary
-//! tree per triangle; [`Cells::find`] walks it with the barycentrics of a hit, so a hit's cell follows from (triangle, u, v) alone.
+//! Each triangle is bisected at the middle of its longest edge until no edge is longer than
+//! `near_cell`. The bisections form a binary tree per triangle; [`Cells::find`] walks it with the
+//! barycentrics of a hit, so a hit's cell follows from (triangle, u, v) alone.
 //!
 //! Input   [`Geometry`], `near_cell` (scene units). Output  cells in the order of their triangles.
-//! Guarantees  the cells of a triangle tile it; `find` returns the cell that holds the point; no vertex is shared or welded, so ray
-//!             geometry never changes. Not: a bound on the aspect ratio beyond that of the triangle.
-//! Cost    O(cells) memory (48 B each + 8 B per bisection), O(log(cells of the triangle)) per `find`.
+//! Guarantees  the cells of a triangle tile it; `find` returns the cell that holds the point; no
+//!             vertex is shared or welded, so ray geometry never changes. Not: a bound on the
+//!             aspect ratio beyond that of the triangle.
+//! Cost    O(cells) memory (48 B each + 8 B per bisection), O(log(cells of the triangle)) per
+//!         `find`.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -28,7 +31,8 @@ pub enum Side {
     Back = 1,
 }
 
-/// A cell or a bisection: the high bit marks a cell, else bits 29–30 name the edge that is cut and the rest is the first of two children.
+/// A cell or a bisection: the high bit marks a cell, else bits 29–30 name the edge that is cut and
+/// the rest is the first of two children.
 type Node = u32;
 const LEAF: u32 = 1 << 31;
 const MAX_CELLS: usize = 400_000_000;
@@ -61,7 +65,8 @@ struct Pieces {
 impl Pieces {
     /// Cuts `c` until its edges are short; returns its node, with indices local to these pieces.
     fn cut(&mut self, c: [Vec3; 3], limit: f32) -> Node {
-        let lengths = [c[0].distance_squared(c[1]), c[1].distance_squared(c[2]), c[2].distance_squared(c[0])];
+        let lengths =
+            [c[0].distance_squared(c[1]), c[1].distance_squared(c[2]), c[2].distance_squared(c[0])];
         let edge = if lengths[0] >= lengths[1] && lengths[0] >= lengths[2] {
             0
         } else if lengths[1] >= lengths[2] {
@@ -90,20 +95,33 @@ impl Cells {
     /// Cuts every triangle of `geometry` to edges of at most `near_cell`.
     ///
     /// # Errors
-    /// [`Error::Setting`] when `near_cell` is not positive or so small that the cells would not fit memory.
+    /// [`Error::Setting`] when `near_cell` is not positive or so small that the cells would not fit
+    /// memory.
     pub fn new(geometry: &Geometry, near_cell: f32) -> Result<Self> {
         if near_cell.is_nan() || near_cell <= 0.0 {
-            return Err(Error::setting("decompose.near_cell", format!("{near_cell} is not a positive length")));
+            return Err(Error::setting(
+                "decompose.near_cell",
+                format!("{near_cell} is not a positive length"),
+            ));
         }
-        let expected: f64 = (0..geometry.len() as u32).map(|t| 1.0 + 4.0 * f64::from(geometry.area(t)) / f64::from(near_cell).powi(2)).sum();
+        let expected: f64 = (0..geometry.len() as u32)
+            .map(|t| 1.0 + 4.0 * f64::from(geometry.area(t)) / f64::from(near_cell).powi(2))
+            .sum();
         if expected > MAX_CELLS as f64 {
-            return Err(Error::setting("decompose.near_cell", format!("{near_cell} would cut the scene into about {expected:.0} cells; use a larger length")));
+            return Err(Error::setting(
+                "decompose.near_cell",
+                format!(
+                    "{near_cell} would cut the scene into about {expected:.0} cells; use a larger length"
+                ),
+            ));
         }
-        let topology = geometry.sides_of_mesh.contains(&Sides::Auto).then(|| analyze_topology(geometry));
+        let topology =
+            geometry.sides_of_mesh.contains(&Sides::Auto).then(|| analyze_topology(geometry));
         let blocks: Vec<(Vec<Node>, Vec<u32>, Pieces)> = (0..geometry.len().div_ceil(1024))
             .into_par_iter()
             .map(|block| {
-                let (mut roots, mut triangles, mut pieces) = (Vec::new(), Vec::new(), Pieces::default());
+                let (mut roots, mut triangles, mut pieces) =
+                    (Vec::new(), Vec::new(), Pieces::default());
                 for t in block * 1024..((block + 1) * 1024).min(geometry.len()) {
                     roots.push(pieces.cut(geometry.corners(t as u32), near_cell));
                     triangles.resize(pieces.corners.len(), t as u32);
@@ -121,7 +139,10 @@ impl Cells {
             cells.triangle_of.extend(triangles);
         }
         if cells.nodes.len() >= 1 << 29 || cells.corners.len() >= LEAF as usize {
-            return Err(Error::setting("decompose.near_cell", format!("{near_cell} cuts the scene into too many cells; use a larger length")));
+            return Err(Error::setting(
+                "decompose.near_cell",
+                format!("{near_cell} cuts the scene into too many cells; use a larger length"),
+            ));
         }
         cells.centroids = cells.corners.iter().map(|c| (c[0] + c[1] + c[2]) / 3.0).collect();
         cells.one_sided = cells
@@ -151,7 +172,8 @@ impl Cells {
         while node & LEAF == 0 {
             let (edge, first) = ((node >> 29) as usize, (node & 0x1fff_ffff) as usize);
             let (i, j) = (edge, (edge + 1) % 3);
-            // The point is bᵢ·cᵢ + bⱼ·cⱼ + …, with the middle m = (cᵢ + cⱼ)/2 taking the place of the corner it lies away from.
+            // The point is bᵢ·cᵢ + bⱼ·cⱼ + …, with the middle m = (cᵢ + cⱼ)/2 taking the place of
+            // the corner it lies away from.
             if b[i] >= b[j] {
                 b[i] -= b[j];
                 b[j] *= 2.0;
@@ -183,16 +205,33 @@ mod tests {
 
     fn triangles(positions: Vec<Vec3>) -> Geometry {
         let n = positions.len() as u32 / 3;
-        let mesh = Mesh { positions, triangles: (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(), materials: vec![0; n as usize], ..Mesh::default() };
-        Geometry::new(&Scene { meshes: vec![mesh], materials: vec![crate::scene::Material::default()], ..Scene::default() })
+        let mesh = Mesh {
+            positions,
+            triangles: (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            materials: vec![0; n as usize],
+            ..Mesh::default()
+        };
+        Geometry::new(&Scene {
+            meshes: vec![mesh],
+            materials: vec![crate::scene::Material::default()],
+            ..Scene::default()
+        })
     }
 
     #[test]
     fn cells_tile_their_triangle_and_are_found() {
-        let g = triangles(vec![Vec3::ZERO, Vec3::new(4.0, 0.1, 0.0), Vec3::new(1.0, 0.0, 0.6), Vec3::ONE, Vec3::new(1.2, 1.0, 1.0), Vec3::new(1.0, 1.2, 1.0)]);
+        let g = triangles(vec![
+            Vec3::ZERO,
+            Vec3::new(4.0, 0.1, 0.0),
+            Vec3::new(1.0, 0.0, 0.6),
+            Vec3::ONE,
+            Vec3::new(1.2, 1.0, 1.0),
+            Vec3::new(1.0, 1.2, 1.0),
+        ]);
         let cells = Cells::new(&g, 0.31).unwrap();
         for t in 0..2u32 {
-            let mine: Vec<u32> = (0..cells.len() as u32).filter(|&c| cells.triangle_of[c as usize] == t).collect();
+            let mine: Vec<u32> =
+                (0..cells.len() as u32).filter(|&c| cells.triangle_of[c as usize] == t).collect();
             let area: f32 = mine.iter().map(|&c| cells.area(c)).sum();
             assert!((area / g.area(t) - 1.0).abs() < 1e-4);
         }
@@ -217,6 +256,10 @@ mod tests {
     #[test]
     fn refuses_absurd_lengths() {
         let g = triangles(vec![Vec3::ZERO, Vec3::X * 100.0, Vec3::Y * 100.0]);
-        assert!(Cells::new(&g, 0.0).is_err() && Cells::new(&g, f32::NAN).is_err() && Cells::new(&g, 1e-4).is_err());
+        assert!(
+            Cells::new(&g, 0.0).is_err()
+                && Cells::new(&g, f32::NAN).is_err()
+                && Cells::new(&g, 1e-4).is_err()
+        );
     }
 }

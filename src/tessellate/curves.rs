@@ -1,15 +1,18 @@
 //! Hair and fur: [`Curves`] → triangles that do not depend on the camera.
 //!
-//! A curve is sampled at `segments` places a span (control points alone where it is linear). Its frame is carried along with least rotation by double
-//! reflection `[WJZL08]`. From it are made
-//! * a **tube** of k sides, closed by caps or a point. Its radius is larger by `(π/k)/sin(π/k)`, so that a straight tube's side has the area
-//!   `2 π r L` of the round one, and with it, convex as it is, the same mean projected area;
-//! * a **ribbon** as wide as the curve, whose normal is a given direction made perpendicular to the curve, else the carried frame turned by
-//!   an angle of the curve's own;
+//! A curve is sampled at `segments` places a span (control points alone where it is linear). Its
+//! frame is carried along with least rotation by double reflection `[WJZL08]`. From it are made
+//! * a **tube** of k sides, closed by caps or a point. Its radius is larger by `(π/k)/sin(π/k)`, so
+//!   that a straight tube's side has the area `2 π r L` of the round one, and with it, convex as it
+//!   is, the same mean projected area;
+//! * a **ribbon** as wide as the curve, whose normal is a given direction made perpendicular to the
+//!   curve, else the carried frame turned by an angle of the curve's own;
 //! * a **cross** of two ribbons at right angles.
 //!
-//! Input   [`Curves`] in world space. Output  a [`Mesh`]: u across or around, v from root to tip; tubes closed, ribbons open.
-//! Guarantees  the same for any thread count; more than [`MAX_TRIANGLES`] are refused before anything is allocated; widths below 0 count as 0.
+//! Input   [`Curves`] in world space. Output  a [`Mesh`]: u across or around, v from root to tip;
+//!         tubes closed, ribbons open.
+//! Guarantees  the same for any thread count; more than [`MAX_TRIANGLES`] are refused before
+//!             anything is allocated; widths below 0 count as 0.
 //! Not         mitred bends: a tube is thinner where a linear curve turns sharply.
 //! Cost    triangles a segment: 2 k, 2, 4; 36 B a triangle and about 32 B a vertex.
 //! Knobs   [`CurveSettings`]: shape (tube), sides (5), segments a span (4), normal (none).
@@ -58,7 +61,9 @@ impl CurveSettings {
     fn triangles(&self, samples: u64) -> u64 {
         let segments = samples - 1;
         match self.shape {
-            CurveShape::Tube => 2 * u64::from(self.sides) * segments + 2 * (u64::from(self.sides) - 2),
+            CurveShape::Tube => {
+                2 * u64::from(self.sides) * segments + 2 * (u64::from(self.sides) - 2)
+            }
             CurveShape::Ribbon => 2 * segments,
             CurveShape::Cross => 4 * segments,
         }
@@ -80,7 +85,8 @@ const BLOCK: usize = 1024;
 /// The triangles of all curves.
 ///
 /// # Errors
-/// A message when a setting is out of range, a curve has a number of points its basis does not allow, or the mesh would not fit.
+/// A message when a setting is out of range, a curve has a number of points its basis does not
+/// allow, or the mesh would not fit.
 pub fn tessellate_curves(curves: &Curves, settings: &CurveSettings) -> Result<Mesh, String> {
     if !(3..=64).contains(&settings.sides) || !(1..=64).contains(&settings.segments) {
         return Err("sides must lie from 3 to 64, segments from 1 to 64".into());
@@ -94,12 +100,18 @@ pub fn tessellate_curves(curves: &Curves, settings: &CurveSettings) -> Result<Me
         let points = curves.curve(i).len();
         let Some(spans) = curves.basis.spans(points) else {
             let (name, needs) = (curves.basis.name(), curves.basis.needs());
-            return Err(format!("curve {} has {points} points, but a {name} curve needs {needs}; correct it or choose another basis", i + 1));
+            return Err(format!(
+                "curve {} has {points} points, but a {name} curve needs {needs}; correct it or choose another basis",
+                i + 1
+            ));
         };
         triangles += settings.triangles((spans * segments) as u64 + 1);
     }
     if triangles > MAX_TRIANGLES {
-        return Err(format!("{} curves would make {triangles} triangles, more than {MAX_TRIANGLES}; use ribbons, fewer sides or fewer segments", curves.len()));
+        return Err(format!(
+            "{} curves would make {triangles} triangles, more than {MAX_TRIANGLES}; use ribbons, fewer sides or fewer segments",
+            curves.len()
+        ));
     }
     let blocks: Vec<Mesh> = (0..curves.len().div_ceil(BLOCK))
         .into_par_iter()
@@ -129,16 +141,32 @@ fn weights(basis: Basis, t: f64) -> [[f64; 4]; 2] {
     match basis {
         Basis::Linear => [[0.0, s, t, 0.0], [0.0, -1.0, 1.0, 0.0]],
         Basis::CatmullRom => [
-            [-0.5 * t * s * s, 1.0 + t * t * (1.5 * t - 2.5), 1.0 + s * s * (1.5 * s - 2.5), -0.5 * s * t * t],
+            [
+                -0.5 * t * s * s,
+                1.0 + t * t * (1.5 * t - 2.5),
+                1.0 + s * s * (1.5 * s - 2.5),
+                -0.5 * s * t * t,
+            ],
             [-0.5 * s * s + t * s, t * (4.5 * t - 5.0), -s * (4.5 * s - 5.0), 0.5 * t * t - t * s],
         ],
         Basis::Bspline => [
-            [s * s * s / 6.0, (3.0 * t * t * t - 6.0 * t * t + 4.0) / 6.0, (3.0 * s * s * s - 6.0 * s * s + 4.0) / 6.0, t * t * t / 6.0],
-            [-s * s / 2.0, (3.0 * t * t - 4.0 * t) / 2.0, (4.0 * s - 3.0 * s * s) / 2.0, t * t / 2.0],
+            [
+                s * s * s / 6.0,
+                (3.0 * t * t * t - 6.0 * t * t + 4.0) / 6.0,
+                (3.0 * s * s * s - 6.0 * s * s + 4.0) / 6.0,
+                t * t * t / 6.0,
+            ],
+            [
+                -s * s / 2.0,
+                (3.0 * t * t - 4.0 * t) / 2.0,
+                (4.0 * s - 3.0 * s * s) / 2.0,
+                t * t / 2.0,
+            ],
         ],
-        Basis::Bezier => {
-            [[s * s * s, 3.0 * t * s * s, 3.0 * t * t * s, t * t * t], [-3.0 * s * s, 3.0 * s * (s - 2.0 * t), 3.0 * t * (2.0 * s - t), 3.0 * t * t]]
-        }
+        Basis::Bezier => [
+            [s * s * s, 3.0 * t * s * s, 3.0 * t * t * s, t * t * t],
+            [-3.0 * s * s, 3.0 * s * (s - 2.0 * t), 3.0 * t * (2.0 * s - t), 3.0 * t * t],
+        ],
     }
 }
 
@@ -173,7 +201,9 @@ fn samples(curves: &Curves, curve: usize, segments: usize) -> Vec<Sample> {
             let t = (k - span * segments) as f64 / segments as f64;
             let controls = [0, 1, 2, 3].map(|j| at((span * stride) as isize + first + j));
             let [value, slope] = weights(curves.basis, t).map(|w| {
-                let sum = |f: fn(&(DVec3, f64)) -> DVec3| (0..4).map(|j| f(&controls[j]) * w[j]).sum::<DVec3>();
+                let sum = |f: fn(&(DVec3, f64)) -> DVec3| {
+                    (0..4).map(|j| f(&controls[j]) * w[j]).sum::<DVec3>()
+                };
                 (sum(|c| c.0), (0..4).map(|j| controls[j].1 * w[j]).sum::<f64>())
             });
             let speed = slope.0.length();
@@ -186,8 +216,10 @@ fn samples(curves: &Curves, curve: usize, segments: usize) -> Vec<Sample> {
         })
         .collect();
     if curves.basis == Basis::Linear {
-        // At a bend the direction is the mean of both sides'; the control points are then met by rings in the bisecting plane.
-        let directions: Vec<DVec3> = list.windows(2).map(|w| (w[1].p - w[0].p).normalize_or_zero()).collect();
+        // At a bend the direction is the mean of both sides'; the control points are then met by
+        // rings in the bisecting plane.
+        let directions: Vec<DVec3> =
+            list.windows(2).map(|w| (w[1].p - w[0].p).normalize_or_zero()).collect();
         for i in 1..list.len() - 1 {
             list[i].tangent = (directions[i - 1] + directions[i]).normalize_or(directions[i]);
         }
@@ -228,7 +260,8 @@ fn one_curve(mesh: &mut Mesh, samples: &[Sample], settings: &CurveSettings, key:
         tube(mesh, samples, &carried(samples, s), settings.sides as usize);
         return;
     }
-    let (sin, cos) = f64::from(Rng::new(0, Stream::Scene, key, 0).next_f32() * std::f32::consts::TAU).sin_cos();
+    let (sin, cos) =
+        f64::from(Rng::new(0, Stream::Scene, key, 0).next_f32() * std::f32::consts::TAU).sin_cos();
     let mut normals = carried(samples, s * cos + t * sin);
     if let Some(given) = settings.normal {
         let given = given.as_dvec3().normalize();
@@ -241,7 +274,8 @@ fn one_curve(mesh: &mut Mesh, samples: &[Sample], settings: &CurveSettings, key:
     }
     ribbon(mesh, samples, &normals);
     if settings.shape == CurveShape::Cross {
-        let turned: Vec<DVec3> = normals.iter().zip(samples).map(|(n, s)| s.tangent.cross(*n)).collect();
+        let turned: Vec<DVec3> =
+            normals.iter().zip(samples).map(|(n, s)| s.tangent.cross(*n)).collect();
         ribbon(mesh, samples, &turned);
     }
 }
@@ -250,7 +284,8 @@ fn along(i: usize, samples: &[Sample]) -> f32 {
     i as f32 / (samples.len() - 1) as f32
 }
 
-/// The two triangles between the pairs of vertices (a, b) and (c, d), but for those that have no width.
+/// The two triangles between the pairs of vertices (a, b) and (c, d), but for those that have no
+/// width.
 fn strip(mesh: &mut Mesh, [a, b, c, d]: [u32; 4]) {
     let at = |i: u32| mesh.positions[i as usize];
     let pointed = [at(a) == at(b), at(c) == at(d)];
@@ -272,7 +307,8 @@ fn ribbon(mesh: &mut Mesh, samples: &[Sample], normals: &[DVec3]) {
             mesh.uvs.push(Vec2::new(u, along(i, samples)));
         }
     }
-    // side = n × t, so across × along = (n × t) × t = −n: the fronts need the strip's pairs in turn.
+    // side = n × t, so across × along = (n × t) × t = −n: the fronts need the strip's pairs in
+    // turn.
     for i in 0..samples.len() as u32 - 1 {
         let a = base + 2 * i;
         strip(mesh, [a + 1, a, a + 3, a + 2]);

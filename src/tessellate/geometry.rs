@@ -1,10 +1,11 @@
 //! World-space triangles with what shading needs to know of them.
 //!
 //! Input   [`Scene`]. Output  [`Geometry`].
-//! Zero-area and repeated-index triangles are dropped, exact duplicates too (they would tie in every ray query); both are counted.
-//! Quad and sphere lights are appended as triangles of a black emissive material, after all meshes, in the order of the lights.
-//! Guarantee: triangle order is the scene's order; the result depends on nothing else.
-//! Cost: O(triangles); 12 B per index triple + 12 B normal + 4 B material + the vertices.
+//! Zero-area and repeated-index triangles are dropped, exact duplicates too (they would tie in
+//! every ray query); both are counted. Quad and sphere lights are appended as triangles of a black
+//! emissive material, after all meshes, in the order of the lights. Guarantee: triangle order is
+//! the scene's order; the result depends on nothing else. Cost: O(triangles); 12 B per index triple
+//! + 12 B normal + 4 B material + the vertices.
 
 use std::collections::HashSet;
 
@@ -30,7 +31,8 @@ pub struct Geometry {
     pub face_normals: Vec<Vec3>,
     /// Index into [`Geometry::materials`], per triangle.
     pub material_of: Vec<u32>,
-    /// Index of the scene light a triangle belongs to (quad, sphere), per triangle; `u32::MAX` for mesh triangles.
+    /// Index of the scene light a triangle belongs to (quad, sphere), per triangle; `u32::MAX` for
+    /// mesh triangles.
     pub light_of: Vec<u32>,
     /// Index of the mesh a triangle came from; lights follow the meshes.
     pub mesh_of: Vec<u32>,
@@ -68,7 +70,11 @@ pub struct Masks<'a>(&'a Geometry);
 impl Geometry {
     /// Flattens a scene.
     pub fn new(scene: &Scene) -> Self {
-        let mut g = Self { materials: scene.materials.clone(), textures: scene.textures.clone(), ..Self::default() };
+        let mut g = Self {
+            materials: scene.materials.clone(),
+            textures: scene.textures.clone(),
+            ..Self::default()
+        };
         let any_uvs = scene.meshes.iter().any(|m| !m.uvs.is_empty());
         let mut seen = HashSet::new();
         for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
@@ -85,12 +91,22 @@ impl Geometry {
             }
             g.sides_of_mesh.push(mesh.sides);
             for (t, &material) in mesh.triangles.iter().zip(&mesh.materials) {
-                g.push_triangle(t.map(|i| i + base), material, u32::MAX, mesh_index as u32, &mut seen);
+                g.push_triangle(
+                    t.map(|i| i + base),
+                    material,
+                    u32::MAX,
+                    mesh_index as u32,
+                    &mut seen,
+                );
             }
         }
         for (index, light) in scene.lights.iter().enumerate() {
             let (positions, triangles, radiance) = match *light {
-                Light::Quad { corner: c, edge1, edge2, radiance } => (vec![c, c + edge1, c + edge1 + edge2, c + edge2], vec![[0, 1, 2], [0, 2, 3]], radiance),
+                Light::Quad { corner: c, edge1, edge2, radiance } => (
+                    vec![c, c + edge1, c + edge1 + edge2, c + edge2],
+                    vec![[0, 1, 2], [0, 2, 3]],
+                    radiance,
+                ),
                 Light::Sphere { center, radius, radiance } => {
                     let (p, t) = icosphere(center, radius, 3);
                     (p, t, radiance)
@@ -104,9 +120,18 @@ impl Geometry {
                 g.uvs.resize(g.positions.len(), Vec2::ZERO);
             }
             let material = g.materials.len() as u32;
-            g.materials.push(Material { name: format!("light {index}"), albedo: Rgb::ZERO, emission: radiance, ..Material::default() });
+            g.materials.push(Material {
+                name: format!("light {index}"),
+                albedo: Rgb::ZERO,
+                emission: radiance,
+                ..Material::default()
+            });
             let mesh = g.sides_of_mesh.len() as u32;
-            g.sides_of_mesh.push(if matches!(light, Light::Sphere { .. }) { Sides::One } else { Sides::Two });
+            g.sides_of_mesh.push(if matches!(light, Light::Sphere { .. }) {
+                Sides::One
+            } else {
+                Sides::Two
+            });
             for t in triangles {
                 g.push_triangle(t.map(|i: u32| i + base), material, index as u32, mesh, &mut seen);
             }
@@ -115,7 +140,14 @@ impl Geometry {
         g
     }
 
-    fn push_triangle(&mut self, t: [u32; 3], material: u32, light: u32, mesh: u32, seen: &mut HashSet<[[u32; 3]; 3]>) {
+    fn push_triangle(
+        &mut self,
+        t: [u32; 3],
+        material: u32,
+        light: u32,
+        mesh: u32,
+        seen: &mut HashSet<[[u32; 3]; 3]>,
+    ) {
         let [a, b, c] = t.map(|i| self.positions[i as usize]);
         // In f64: products of small f32 edges must not vanish for tiny but honest triangles.
         let n = (b - a).as_dvec3().cross((c - a).as_dvec3());
@@ -170,7 +202,9 @@ impl Geometry {
     /// Albedo at barycentrics (u, v).
     pub fn albedo(&self, triangle: u32, u: f32, v: f32) -> Rgb {
         let m = self.material(triangle);
-        let texel = m.albedo_texture.map_or(Rgb::ONE, |t| self.textures[t as usize].color(self.uv(triangle, u, v)));
+        let texel = m
+            .albedo_texture
+            .map_or(Rgb::ONE, |t| self.textures[t as usize].color(self.uv(triangle, u, v)));
         m.albedo_with(texel)
     }
     /// Position, normals and albedo at barycentrics (u, v).
@@ -186,12 +220,19 @@ impl Geometry {
         } else {
             -blended
         };
-        SurfaceAttributes { p: a * (1.0 - u - v) + b * u + c * v, ng, ns, albedo: self.albedo(triangle, u, v) }
+        SurfaceAttributes {
+            p: a * (1.0 - u - v) + b * u + c * v,
+            ng,
+            ns,
+            albedo: self.albedo(triangle, u, v),
+        }
     }
     /// True when the surface exists at barycentrics (u, v): always, unless its material has a mask.
     pub fn exists(&self, triangle: u32, u: f32, v: f32) -> bool {
         let m = self.material(triangle);
-        let texel = m.opacity_texture.map_or(1.0, |t| self.textures[t as usize].mask(self.uv(triangle, u, v)));
+        let texel = m
+            .opacity_texture
+            .map_or(1.0, |t| self.textures[t as usize].mask(self.uv(triangle, u, v)));
         m.opacity * texel >= 0.5
     }
     /// The mask test, when any material has one. O(triangles): ask once, not per ray.

@@ -1,15 +1,19 @@
 //! Polygons as half-edges, and one level of Catmull–Clark refinement of them.
 //!
-//! Half-edge `c` is corner `c` of a face and runs to the face's next corner. Refinement is by index alone, without a search: the vertices of
-//! the next level are the old vertices, then one point an edge, then one a face; its faces are the corners of this one, so that face `c` has
-//! the corners `4c…4c+3` at vertex, edge point, face point, edge point of the edge before.
+//! Half-edge `c` is corner `c` of a face and runs to the face's next corner. Refinement is by index
+//! alone, without a search: the vertices of the next level are the old vertices, then one point an
+//! edge, then one a face; its faces are the corners of this one, so that face `c` has the corners
+//! `4c…4c+3` at vertex, edge point, face point, edge point of the edge before.
 //!
-//! Rules   `[CC78]`: face point = mean of the corners; edge point = mean of both ends and both face points; vertex point
-//!         `(n−2)/n v + (Σ eᵢ + Σ fᵢ)/n²`. `[DKT98]`: a sharp edge's point is its middle; a vertex of two sharp edges moves to
-//!         `(e₀ + 6 v + e₁)/8`, one of three or more, or a sharp one, stays. Sharpness falls by 1 a level (from [`INFINITE_SHARPNESS`] on it never
-//!         does), between 0 and 1 smooth and sharp points are blended; a vertex whose rule changes from this level to the next blends both
-//!         rules by the mean sharpness of what fades, as OpenSubdiv does.
-//! Guarantees  the same bits for any thread count. Open edges and edges of more than two faces, or of two wound against each other, are sharp.
+//! Rules   `[CC78]`: face point = mean of the corners; edge point = mean of both ends and both face
+//!         points; vertex point `(n−2)/n v + (Σ eᵢ + Σ fᵢ)/n²`. `[DKT98]`: a sharp edge's point is
+//!         its middle; a vertex of two sharp edges moves to `(e₀ + 6 v + e₁)/8`, one of three or
+//!         more, or a sharp one, stays. Sharpness falls by 1 a level (from [`INFINITE_SHARPNESS`]
+//!         on it never does), between 0 and 1 smooth and sharp points are blended; a vertex whose
+//!         rule changes from this level to the next blends both rules by the mean sharpness of what
+//!         fades, as OpenSubdiv does.
+//! Guarantees  the same bits for any thread count. Open edges and edges of more than two faces, or
+//!             of two wound against each other, are sharp.
 //! Cost    O(corners); 60 B a corner of the finer level.
 
 use glam::{DVec3, Vec2};
@@ -142,11 +146,19 @@ impl HalfEdges {
             return Err("a face has fewer than three corners".into());
         }
         let (vertices, faces) = (cage.positions.len(), cage.face_count());
-        let within = |mut list: std::slice::Iter<'_, u32>, n: usize| list.all(|&i| (i as usize) < n);
+        let within =
+            |mut list: std::slice::Iter<'_, u32>, n: usize| list.all(|&i| (i as usize) < n);
         let uvs = cage.uv_corners.is_empty() || cage.uv_corners.len() == cage.corners.len();
-        let indices = within(cage.corners.iter(), vertices) && within(cage.uv_corners.iter(), cage.uvs.len()) && within(cage.holes.iter(), faces);
-        let sharp = cage.creases.iter().all(|c| within(c.0.iter(), vertices)) && cage.sharp_vertices.iter().all(|s| (s.0 as usize) < vertices);
-        if indices && sharp && uvs && cage.materials.len() == faces { Ok(()) } else { Err("an index of the cage is out of range".into()) }
+        let indices = within(cage.corners.iter(), vertices)
+            && within(cage.uv_corners.iter(), cage.uvs.len())
+            && within(cage.holes.iter(), faces);
+        let sharp = cage.creases.iter().all(|c| within(c.0.iter(), vertices))
+            && cage.sharp_vertices.iter().all(|s| (s.0 as usize) < vertices);
+        if indices && sharp && uvs && cage.materials.len() == faces {
+            Ok(())
+        } else {
+            Err("an index of the cage is out of range".into())
+        }
     }
 
     /// Connects the faces of a cage.
@@ -192,7 +204,9 @@ impl HalfEdges {
 
     fn connect(&mut self, cage: &Cage) {
         let key = |a: u32, b: u32| (a.min(b), a.max(b));
-        let mut sorted: Vec<((u32, u32), u32)> = (0..self.vertex.len()).map(|c| (key(self.vertex[c], self.vertex[self.next[c] as usize]), c as u32)).collect();
+        let mut sorted: Vec<((u32, u32), u32)> = (0..self.vertex.len())
+            .map(|c| (key(self.vertex[c], self.vertex[self.next[c] as usize]), c as u32))
+            .collect();
         sorted.sort_unstable();
         self.edge = vec![0; sorted.len()];
         self.twin = vec![NONE; sorted.len()];
@@ -220,16 +234,23 @@ impl HalfEdges {
         }
     }
 
-    /// Vertices where several surfaces touch stay where they are, and so do those of one face at an open edge.
+    /// Vertices where several surfaces touch stay where they are, and so do those of one face at an
+    /// open edge.
     fn sharpen_vertices(&mut self, boundary: Boundary) {
         let (offsets, list) = self.corners_of_vertices();
         for v in 0..self.positions.len() {
             let own = &list[offsets[v] as usize..offsets[v + 1] as usize];
             let Some(&first) = own.first() else { continue };
-            let mut around: Vec<u32> = own.iter().flat_map(|&c| [self.edge[c as usize], self.edge[self.prev(c) as usize]]).collect();
+            let mut around: Vec<u32> = own
+                .iter()
+                .flat_map(|&c| [self.edge[c as usize], self.edge[self.prev(c) as usize]])
+                .collect();
             around.sort_unstable();
             around.dedup();
-            let sharp = around.iter().filter(|&&e| self.edge_sharpness[e as usize] >= INFINITE_SHARPNESS).count();
+            let sharp = around
+                .iter()
+                .filter(|&&e| self.edge_sharpness[e as usize] >= INFINITE_SHARPNESS)
+                .count();
             let several = self.fan(first).0.len() < own.len() && sharp != 2;
             let lone = boundary == Boundary::EdgeAndCorner && own.len() == 1;
             if several || lone {
@@ -286,8 +307,8 @@ impl HalfEdges {
         (offsets, list)
     }
 
-    /// The corners around the start vertex of `c` that hang together by edges, counter-clockwise, and whether they close. An open fan starts at
-    /// its open edge.
+    /// The corners around the start vertex of `c` that hang together by edges, counter-clockwise,
+    /// and whether they close. An open fan starts at its open edge.
     pub fn fan(&self, c: u32) -> (Vec<u32>, bool) {
         let mut start = c;
         loop {
@@ -315,7 +336,11 @@ impl HalfEdges {
 
     /// Longest edge.
     pub fn longest_edge(&self) -> f64 {
-        self.ends.iter().map(|e| self.positions[e[0] as usize].distance_squared(self.positions[e[1] as usize])).fold(0.0, f64::max).sqrt()
+        self.ends
+            .iter()
+            .map(|e| self.positions[e[0] as usize].distance_squared(self.positions[e[1] as usize]))
+            .fold(0.0, f64::max)
+            .sqrt()
     }
 
     /// Faces of the next level.
@@ -357,13 +382,19 @@ impl HalfEdges {
             sums[b as usize].add_edge(ends[0], s);
             let c = half_of_edge[e] as usize;
             let t = self.twin[c];
-            let faces = (t != NONE).then(|| [c, t as usize].map(|c| face_points[face_of(c) as usize]));
+            let faces =
+                (t != NONE).then(|| [c, t as usize].map(|c| face_points[face_of(c) as usize]));
             edge_points.push(edge_point(ends, faces, s));
         }
         for c in 0..corners {
             sums[self.vertex[c] as usize].add_face(face_points[face_of(c) as usize]);
         }
-        let mut positions: Vec<DVec3> = sums.iter().zip(&self.positions).zip(&self.vertex_sharpness).map(|((sum, &v), &s)| sum.point(v, s)).collect();
+        let mut positions: Vec<DVec3> = sums
+            .iter()
+            .zip(&self.positions)
+            .zip(&self.vertex_sharpness)
+            .map(|((sum, &v), &s)| sum.point(v, s))
+            .collect();
         drop(sums);
         positions.append(&mut edge_points);
         positions.append(&mut face_points);
@@ -379,7 +410,8 @@ impl HalfEdges {
         fine.uvs.reserve_exact(4 * self.uvs.len());
         for c in 0..corners as u32 {
             let (p, n, f) = (self.prev(c), self.next(c), face_of(c as usize));
-            let (v, e, before) = (self.vertex[c as usize], self.edge[c as usize], self.edge[p as usize]);
+            let (v, e, before) =
+                (self.vertex[c as usize], self.edge[c as usize], self.edge[p as usize]);
             let middle = |e: u32| vertices as u32 + e;
             let half = |e: u32| 2 * e + u32::from(self.ends[e as usize][0] != v);
             let inner = |c: u32| 2 * edges as u32 + c;
@@ -389,11 +421,21 @@ impl HalfEdges {
             };
             fine.vertex.extend([v, middle(e), (vertices + edges) as u32 + f, middle(before)]);
             fine.edge.extend([half(e), inner(c), inner(p), half(before)]);
-            fine.twin.extend([across(c, |m, t| 4 * m.next(t) + 3), 4 * n + 2, 4 * p + 1, across(p, |_, t| 4 * t)]);
+            fine.twin.extend([
+                across(c, |m, t| 4 * m.next(t) + 3),
+                4 * n + 2,
+                4 * p + 1,
+                across(p, |_, t| 4 * t),
+            ]);
             fine.materials.push(self.materials[f as usize]);
             if !self.uvs.is_empty() {
                 let [own, after, back] = [c, n, p].map(|k| self.uvs[k as usize]);
-                fine.uvs.extend([own, (own + after) * 0.5, uv_means[f as usize], (back + own) * 0.5]);
+                fine.uvs.extend([
+                    own,
+                    (own + after) * 0.5,
+                    uv_means[f as usize],
+                    (back + own) * 0.5,
+                ]);
             }
         }
         fine.ends.reserve_exact(2 * edges + corners);
@@ -403,7 +445,8 @@ impl HalfEdges {
             fine.edge_sharpness.extend([fade(self.edge_sharpness[e]); 2]);
         }
         for c in 0..corners {
-            fine.ends.push([vertices as u32 + self.edge[c], (vertices + edges) as u32 + face_of(c)]);
+            fine.ends
+                .push([vertices as u32 + self.edge[c], (vertices + edges) as u32 + face_of(c)]);
         }
         fine.edge_sharpness.resize(fine.ends.len(), 0.0);
         fine

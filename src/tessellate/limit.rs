@@ -1,7 +1,9 @@
-//! Where a vertex of a Catmull–Clark surface ends after infinitely many levels, and the normals there.
+//! Where a vertex of a Catmull–Clark surface ends after infinitely many levels, and the normals
+//! there.
 //!
-//! A vertex and its ring of edge ends eᵢ and face corners fᵢ (all faces quads) map to the next level's ring by a fixed matrix; limit position and
-//! tangents are its left eigenvectors `[HKD93]`. With k faces around, θ = 2π/k inside and π/k between two creases:
+//! A vertex and its ring of edge ends eᵢ and face corners fᵢ (all faces quads) map to the next
+//! level's ring by a fixed matrix; limit position and tangents are its left eigenvectors `[HKD93]`.
+//! With k faces around, θ = 2π/k inside and π/k between two creases:
 //!
 //! | | position | tangents |
 //! |---|---|---|
@@ -9,20 +11,23 @@
 //! | crease | `(e₀ + 4 v + e_k) / 6` | `e₀ − e_k`; `l_v v + l₀ (e₀ + e_k) + Σ a sin(iθ) eᵢ + Σ (sin(iθ) + sin((i+1)θ)) fᵢ` |
 //! | corner | `v` | `e₀ − v`, `e_k − v` |
 //!
-//! with `a = 1 + cos θ + cos(θ/2) √(2 (9 + cos θ)) = 16 λ − 4`. The crease's cross tangent is that of the unmodified rules, derived like `[HKD93]`'s:
-//! from `l M = λ l` in the column of e₀ and from `Σ l = 0`, with C = cot(θ/2), `l₀ = (sin θ (a + 4) − 2 C (a + 2)) / a`, `l_v = −2 l₀ − C (a + 2)`.
-//! Edges still semi-sharp are first refined until they no longer are, in the ring alone. A dart (one sharp edge) has no such formula: its
-//! ring is refined until it has shrunk to the point.
+//! with `a = 1 + cos θ + cos(θ/2) √(2 (9 + cos θ)) = 16 λ − 4`. The crease's cross tangent is that
+//! of the unmodified rules, derived like `[HKD93]`'s: from `l M = λ l` in the column of e₀ and from
+//! `Σ l = 0`, with C = cot(θ/2), `l₀ = (sin θ (a + 4) − 2 C (a + 2)) / a`, `l_v = −2 l₀ − C (a +
+//! 2)`. Edges still semi-sharp are first refined until they no longer are, in the ring alone. A
+//! dart (one sharp edge) has no such formula: its ring is refined until it has shrunk to the point.
 //!
-//! Guarantees  positions exact to rounding whatever the level. Not  normals where there are none: at corners whose edges are in line, at closed
-//!             cones, and for rings without area the mean of the ring's face normals stands in.
+//! Guarantees  positions exact to rounding whatever the level. Not  normals where there are none:
+//!             at corners whose edges are in line, at closed cones, and for rings without area the
+//!             mean of the ring's face normals stands in.
 
 use glam::DVec3;
 
 use super::half_edges::{HalfEdges, VertexSums, edge_point, fade};
 use crate::scene::INFINITE_SHARPNESS;
 
-/// A vertex with its ring: `k` faces counter-clockwise; face i lies between spokes i and i + 1. Closed rings have `k` spokes, open ones `k + 1`.
+/// A vertex with its ring: `k` faces counter-clockwise; face i lies between spokes i and i + 1.
+/// Closed rings have `k` spokes, open ones `k + 1`.
 #[derive(Clone, Debug)]
 pub(super) struct Ring {
     v: DVec3,
@@ -43,19 +48,28 @@ fn is_infinite(s: f32) -> bool {
 }
 
 impl Ring {
-    /// The ring of the start vertex of `fan`'s corners (see [`HalfEdges::fan`]); all faces must be quads.
+    /// The ring of the start vertex of `fan`'s corners (see [`HalfEdges::fan`]); all faces must be
+    /// quads.
     pub fn new(mesh: &HalfEdges, fan: &[u32], closed: bool) -> Self {
         let at = |c: u32| mesh.positions[mesh.vertex[c as usize] as usize];
         let v = mesh.vertex[fan[0] as usize] as usize;
         let mut spokes: Vec<DVec3> = fan.iter().map(|&c| at(mesh.next(c))).collect();
-        let mut sharpness: Vec<f32> = fan.iter().map(|&c| mesh.edge_sharpness[mesh.edge[c as usize] as usize]).collect();
+        let mut sharpness: Vec<f32> =
+            fan.iter().map(|&c| mesh.edge_sharpness[mesh.edge[c as usize] as usize]).collect();
         if !closed {
             let last = mesh.prev(fan[fan.len() - 1]);
             spokes.push(at(last));
             sharpness.push(mesh.edge_sharpness[mesh.edge[last as usize] as usize]);
         }
         let faces = fan.iter().map(|&c| at(mesh.next(mesh.next(c)))).collect();
-        Self { v: mesh.positions[v], spokes, sharpness, faces, vertex_sharpness: mesh.vertex_sharpness[v], closed }
+        Self {
+            v: mesh.positions[v],
+            spokes,
+            sharpness,
+            faces,
+            vertex_sharpness: mesh.vertex_sharpness[v],
+            closed,
+        }
     }
 
     fn spoke_after(&self, face: usize) -> usize {
@@ -71,13 +85,21 @@ impl Ring {
 
     /// The ring one level on.
     fn refined(&self) -> Self {
-        let faces: Vec<DVec3> = (0..self.faces.len()).map(|i| (self.v + self.spokes[i] + self.spokes[self.spoke_after(i)] + self.faces[i]) * 0.25).collect();
+        let faces: Vec<DVec3> = (0..self.faces.len())
+            .map(|i| {
+                (self.v + self.spokes[i] + self.spokes[self.spoke_after(i)] + self.faces[i]) * 0.25
+            })
+            .collect();
         let mut sums = VertexSums::default();
         let spokes = (0..self.spokes.len())
             .map(|i| {
                 sums.add_edge(self.spokes[i], self.sharpness[i]);
                 let beside = self.face_before(i).zip((i < faces.len()).then_some(i));
-                edge_point([self.v, self.spokes[i]], beside.map(|(a, b)| [faces[a], faces[b]]), self.sharpness[i])
+                edge_point(
+                    [self.v, self.spokes[i]],
+                    beside.map(|(a, b)| [faces[a], faces[b]]),
+                    self.sharpness[i],
+                )
             })
             .collect();
         faces.iter().for_each(|&f| sums.add_face(f));
@@ -172,10 +194,15 @@ impl Ring {
         sum.normalize_or_zero()
     }
 
-    /// The cross product of two tangents, or the mean normal where they are parallel within rounding.
+    /// The cross product of two tangents, or the mean normal where they are parallel within
+    /// rounding.
     fn normal_of(&self, a: DVec3, b: DVec3, first: usize, count: usize) -> DVec3 {
         let n = a.cross(b);
-        if n.length() > 1e-9 * a.length() * b.length() && n.length() > 0.0 { n.normalize() } else { self.mean_normal(first, count) }
+        if n.length() > 1e-9 * a.length() * b.length() && n.length() > 0.0 {
+            n.normalize()
+        } else {
+            self.mean_normal(first, count)
+        }
     }
 
     fn smooth_normal(&self) -> DVec3 {

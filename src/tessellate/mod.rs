@@ -1,7 +1,9 @@
-//! `Scene` → [`Geometry`]: one list of world-space triangles, which rays, ground truth and benchmarks see; and
-//! `Geometry` → [`Cells`]: pieces no larger than `near_cell` with radiosity per side, for the near sum and the proxy only.
+//! `Scene` → [`Geometry`]: one list of world-space triangles, which rays, ground truth and
+//! benchmarks see; and `Geometry` → [`Cells`]: pieces no larger than `near_cell` with radiosity per
+//! side, for the near sum and the proxy only.
 //!
-//! Before that, at load: cages of subdivision surfaces and curves → meshes ([`subdivide`], [`tessellate_curves`]).
+//! Before that, at load: cages of subdivision surfaces and curves → meshes ([`subdivide`],
+//! [`tessellate_curves`]).
 
 mod catmull_clark;
 mod cells;

@@ -1,4 +1,5 @@
-//! Sphere lights as triangles: an icosphere scaled so that its area, and with it its emitted power and mean projected area, equals the sphere's.
+//! Sphere lights as triangles: an icosphere scaled so that its area, and with it its emitted power
+//! and mean projected area, equals the sphere's.
 
 use glam::Vec3;
 
@@ -20,7 +21,11 @@ pub(super) fn icosphere(center: Vec3, radius: f32, levels: u32) -> (Vec<Vec3>, V
             for k in j + 1..12 {
                 if near(i, j, &v) && near(j, k, &v) && near(i, k, &v) {
                     let outward = (v[j] - v[i]).cross(v[k] - v[i]).dot(v[i]) > 0.0;
-                    faces.push(if outward { [i as u32, j as u32, k as u32] } else { [i as u32, k as u32, j as u32] });
+                    faces.push(if outward {
+                        [i as u32, j as u32, k as u32]
+                    } else {
+                        [i as u32, k as u32, j as u32]
+                    });
                 }
             }
         }
@@ -40,7 +45,15 @@ pub(super) fn icosphere(center: Vec3, radius: f32, levels: u32) -> (Vec<Vec3>, V
         }
         faces = next;
     }
-    let area: f32 = faces.iter().map(|f| (v[f[1] as usize] - v[f[0] as usize]).cross(v[f[2] as usize] - v[f[0] as usize]).length() * 0.5).sum();
+    let area: f32 = faces
+        .iter()
+        .map(|f| {
+            (v[f[1] as usize] - v[f[0] as usize])
+                .cross(v[f[2] as usize] - v[f[0] as usize])
+                .length()
+                * 0.5
+        })
+        .sum();
     let scale = radius * (4.0 * std::f32::consts::PI / area).sqrt();
     (v.into_iter().map(|p| center + p * scale).collect(), faces)
 }
@@ -53,7 +66,15 @@ mod tests {
     fn area_and_count() {
         let (v, f) = icosphere(Vec3::ONE, 2.0, 3);
         assert_eq!((v.len(), f.len()), (642, 1280));
-        let area: f32 = f.iter().map(|t| (v[t[1] as usize] - v[t[0] as usize]).cross(v[t[2] as usize] - v[t[0] as usize]).length() * 0.5).sum();
+        let area: f32 = f
+            .iter()
+            .map(|t| {
+                (v[t[1] as usize] - v[t[0] as usize])
+                    .cross(v[t[2] as usize] - v[t[0] as usize])
+                    .length()
+                    * 0.5
+            })
+            .sum();
         assert!((area / (16.0 * std::f32::consts::PI) - 1.0).abs() < 1e-4);
     }
 }

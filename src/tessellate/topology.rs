@@ -1,12 +1,14 @@
 //! Connected parts, closedness, winding: what the edges say.
 //!
-//! Corners count as one where their positions are exactly equal, whatever their normals or texture coordinates. A part is what hangs together
-//! by edges. It is closed and consistently wound when every edge is run through equally often in both directions; its signed volume
-//! `V = Σ a · (b × c) / 6` then tells whether fronts look outwards (V > 0). A part with V < 0 is a room when it holds another part within
-//! its box; otherwise somebody wound it inside out.
+//! Corners count as one where their positions are exactly equal, whatever their normals or texture
+//! coordinates. A part is what hangs together by edges. It is closed and consistently wound when
+//! every edge is run through equally often in both directions; its signed volume `V = Σ a · (b × c)
+//! / 6` then tells whether fronts look outwards (V > 0). A part with V < 0 is a room when it holds
+//! another part within its box; otherwise somebody wound it inside out.
 //!
 //! Input   [`Geometry`]. Output  [`Topology`].
-//! Guarantees  the same for any thread count. Not  T-junctions: a part whose edges do not match vertex for vertex is open.
+//! Guarantees  the same for any thread count. Not  T-junctions: a part whose edges do not match
+//!             vertex for vertex is open.
 //! Cost    two sorts, of corners and of edges; about 100 B a triangle while it runs.
 
 use glam::{DVec3, Vec3};
@@ -18,7 +20,8 @@ use crate::math::Aabb;
 /// What the edges say.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Topology {
-    /// Per triangle: the back is never seen, because the part is closed, consistently wound, and either turned outwards or a room.
+    /// Per triangle: the back is never seen, because the part is closed, consistently wound, and
+    /// either turned outwards or a room.
     pub closed_of_triangle: Vec<bool>,
     /// Connected parts.
     pub components: usize,
@@ -42,7 +45,8 @@ type HalfEdge = (u64, u32);
 fn position_ids(positions: &[Vec3]) -> Vec<u32> {
     // Adding zero turns −0 into +0.
     let key = |p: Vec3| (p + Vec3::ZERO).to_array().map(f32::to_bits);
-    let mut sorted: Vec<([u32; 3], u32)> = positions.par_iter().enumerate().map(|(i, &p)| (key(p), i as u32)).collect();
+    let mut sorted: Vec<([u32; 3], u32)> =
+        positions.par_iter().enumerate().map(|(i, &p)| (key(p), i as u32)).collect();
     sorted.par_sort_unstable();
     let mut ids = vec![0; positions.len()];
     let mut current = 0;
@@ -82,7 +86,10 @@ pub fn analyze(geometry: &Geometry) -> Topology {
             let v = triangle.map(|i| ids[i as usize]);
             (0..3).map(move |k| {
                 let (a, b) = (v[k], v[(k + 1) % 3]);
-                (u64::from(a.min(b)) << 32 | u64::from(a.max(b)), (t as u32) << 1 | u32::from(a < b))
+                (
+                    u64::from(a.min(b)) << 32 | u64::from(a.max(b)),
+                    (t as u32) << 1 | u32::from(a < b),
+                )
             })
         })
         .collect();
@@ -115,20 +122,33 @@ pub fn analyze(geometry: &Geometry) -> Topology {
         let corners = geometry.corners(t);
         if root == t {
             part_of[t as usize] = parts.len() as u32;
-            parts.push(Part { origin: corners[0].as_dvec3(), volume: 0.0, bounds: Aabb::EMPTY, closed: true });
+            parts.push(Part {
+                origin: corners[0].as_dvec3(),
+                volume: 0.0,
+                bounds: Aabb::EMPTY,
+                closed: true,
+            });
         } else {
             part_of[t as usize] = part_of[root as usize];
         }
         let part = &mut parts[part_of[t as usize] as usize];
         let [a, b, c] = corners.map(|p| p.as_dvec3() - part.origin);
         part.volume += a.dot(b.cross(c)) / 6.0;
-        part.bounds = Aabb { min: corners.iter().fold(part.bounds.min, |m, p| m.min(*p)), max: corners.iter().fold(part.bounds.max, |m, p| m.max(*p)) };
+        part.bounds = Aabb {
+            min: corners.iter().fold(part.bounds.min, |m, p| m.min(*p)),
+            max: corners.iter().fold(part.bounds.max, |m, p| m.max(*p)),
+        };
     }
     for t in unbalanced {
         parts[part_of[t as usize] as usize].closed = false;
     }
-    let holds_something =
-        |room: &Part| parts.iter().any(|p| p.bounds != room.bounds && p.bounds.min.cmpge(room.bounds.min).all() && p.bounds.max.cmple(room.bounds.max).all());
+    let holds_something = |room: &Part| {
+        parts.iter().any(|p| {
+            p.bounds != room.bounds
+                && p.bounds.min.cmpge(room.bounds.min).all()
+                && p.bounds.max.cmple(room.bounds.max).all()
+        })
+    };
     let one_sided: Vec<bool> = parts
         .iter()
         .map(|p| {
@@ -152,9 +172,17 @@ mod tests {
     use crate::scene::{Material, Mesh, Scene};
 
     fn cube(center: Vec3, half: f32, inwards: bool) -> Vec<[Vec3; 3]> {
-        let p =
-            |i: u32| center + half * Vec3::new(if i & 1 == 0 { -1.0 } else { 1.0 }, if i & 2 == 0 { -1.0 } else { 1.0 }, if i & 4 == 0 { -1.0 } else { 1.0 });
-        let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        let p = |i: u32| {
+            center
+                + half
+                    * Vec3::new(
+                        if i & 1 == 0 { -1.0 } else { 1.0 },
+                        if i & 2 == 0 { -1.0 } else { 1.0 },
+                        if i & 4 == 0 { -1.0 } else { 1.0 },
+                    )
+        };
+        let quads =
+            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
         quads
             .iter()
             .flat_map(|q| [[p(q[0]), p(q[1]), p(q[2])], [p(q[0]), p(q[2]), p(q[3])]])
@@ -165,16 +193,31 @@ mod tests {
     fn analyzed(soup: &[[Vec3; 3]]) -> Topology {
         let positions: Vec<Vec3> = soup.iter().flatten().copied().collect();
         let n = soup.len() as u32;
-        let mesh = Mesh { positions, triangles: (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(), materials: vec![0; n as usize], ..Mesh::default() };
-        analyze(&Geometry::new(&Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Scene::default() }))
+        let mesh = Mesh {
+            positions,
+            triangles: (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            materials: vec![0; n as usize],
+            ..Mesh::default()
+        };
+        analyze(&Geometry::new(&Scene {
+            meshes: vec![mesh],
+            materials: vec![Material::default()],
+            ..Scene::default()
+        }))
     }
 
     #[test]
     fn closed_open_and_inside_out() {
         let t = analyzed(&cube(Vec3::ONE, 1.0, false));
-        assert!((t.components, t.closed_components, t.inside_out) == (1, 1, 0) && t.closed_of_triangle.iter().all(|c| *c));
+        assert!(
+            (t.components, t.closed_components, t.inside_out) == (1, 1, 0)
+                && t.closed_of_triangle.iter().all(|c| *c)
+        );
         let t = analyzed(&cube(Vec3::ONE, 1.0, false)[..11]);
-        assert!((t.boundary_edges, t.closed_components) == (3, 0) && !t.closed_of_triangle.iter().any(|c| *c));
+        assert!(
+            (t.boundary_edges, t.closed_components) == (3, 0)
+                && !t.closed_of_triangle.iter().any(|c| *c)
+        );
         let t = analyzed(&cube(Vec3::ONE, 1.0, true));
         assert!((t.inside_out, t.rooms) == (1, 0) && !t.closed_of_triangle[0]);
     }

@@ -1,7 +1,9 @@
-//! Pages in a headless Chromium, driven by the DevTools protocol over a pipe: messages are JSON, each ended by a zero byte.
+//! Pages in a headless Chromium, driven by the DevTools protocol over a pipe: messages are JSON,
+//! each ended by a zero byte.
 //!
-//! Chromium is `$CHROMIUM`, or the first of `chromium`, `chromium-browser`, `google-chrome` in the path. Where there is none, [`Page::open`] says so and
-//! gives none: the test ends there. With `NEARFAR_TEST_BROWSER` set, as `make test` does after installing it, that is a failure instead.
+//! Chromium is `$CHROMIUM`, or the first of `chromium`, `chromium-browser`, `google-chrome` in the
+//! path. Where there is none, [`Page::open`] says so and gives none: the test ends there. With
+//! `NEARFAR_TEST_BROWSER` set, as `make test` does after installing it, that is a failure instead.
 //! WebGL is drawn in software (SwiftShader), so pictures do not depend on the machine's graphics.
 
 use std::io::{BufRead, BufReader, Write};
@@ -37,16 +39,22 @@ fn program() -> Option<PathBuf> {
         return Some(program.into());
     }
     let path = std::env::var_os("PATH")?;
-    let found = ["chromium", "chromium-browser", "google-chrome"].iter().find_map(|n| std::env::split_paths(&path).map(|d| d.join(n)).find(|p| p.is_file()));
+    let found = ["chromium", "chromium-browser", "google-chrome"]
+        .iter()
+        .find_map(|n| std::env::split_paths(&path).map(|d| d.join(n)).find(|p| p.is_file()));
     if found.is_none() {
-        assert!(std::env::var_os("NEARFAR_TEST_BROWSER").is_none(), "NEARFAR_TEST_BROWSER is set and no chromium is there: run ./setup --test");
+        assert!(
+            std::env::var_os("NEARFAR_TEST_BROWSER").is_none(),
+            "NEARFAR_TEST_BROWSER is set and no chromium is there: run ./setup --test"
+        );
         eprintln!("SKIPPED: no chromium here; ./setup --test installs it");
     }
     found
 }
 
 impl Page {
-    /// Opens a file at a viewport of `width`×`height` pixels and waits until it is loaded. None when there is no browser.
+    /// Opens a file at a viewport of `width`×`height` pixels and waits until it is loaded. None
+    /// when there is no browser.
     pub fn open(file: &Path, width: u32, height: u32) -> Option<Self> {
         let mut page = Self::blank(&program()?);
         page.resize(width, height);
@@ -61,15 +69,37 @@ impl Page {
 
     fn blank(program: &Path) -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
-        let profile = std::env::temp_dir().join(format!("nearfar-browser-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
+        let profile = std::env::temp_dir().join(format!(
+            "nearfar-browser-{}-{}",
+            std::process::id(),
+            COUNT.fetch_add(1, Ordering::Relaxed)
+        ));
         std::fs::create_dir_all(&profile).unwrap();
         // The browser reads commands from descriptor 3 and answers on 4.
         let mut child = Command::new("sh")
             .args(["-c", r#"exec "$@" 3<&0 4>&1 </dev/null >/dev/null 2>&1"#, "sh"])
             .arg(program)
-            .args(["--headless=new", "--remote-debugging-pipe", "--no-first-run", "--no-sandbox", "--disable-dev-shm-usage", "--mute-audio"])
-            .args(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--force-color-profile=srgb"])
-            .args(["--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-default-browser-check"])
+            .args([
+                "--headless=new",
+                "--remote-debugging-pipe",
+                "--no-first-run",
+                "--no-sandbox",
+                "--disable-dev-shm-usage",
+                "--mute-audio",
+            ])
+            .args([
+                "--use-gl=angle",
+                "--use-angle=swiftshader",
+                "--enable-unsafe-swiftshader",
+                "--hide-scrollbars",
+                "--force-color-profile=srgb",
+            ])
+            .args([
+                "--disable-background-networking",
+                "--disable-component-update",
+                "--disable-sync",
+                "--no-default-browser-check",
+            ])
             .arg(format!("--user-data-dir={}", profile.display()))
             .arg("about:blank")
             .stdin(Stdio::piped())
@@ -90,8 +120,19 @@ impl Page {
             }
         });
         let input = child.stdin.take().unwrap();
-        let mut page = Self { child, input, messages, session: String::new(), next: 0, profile, errors: Vec::new(), requests: Vec::new(), loaded: false };
-        let target = page.call("Target.createTarget", json!({ "url": "about:blank" }))["targetId"].clone();
+        let mut page = Self {
+            child,
+            input,
+            messages,
+            session: String::new(),
+            next: 0,
+            profile,
+            errors: Vec::new(),
+            requests: Vec::new(),
+            loaded: false,
+        };
+        let target =
+            page.call("Target.createTarget", json!({ "url": "about:blank" }))["targetId"].clone();
         let session = page.call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }))["sessionId"].clone();
         page.session = session.as_str().unwrap().to_owned();
         for domain in ["Page", "Runtime", "Log", "Network"] {
@@ -111,7 +152,10 @@ impl Page {
         }
         let mut bytes = serde_json::to_vec(&message).unwrap();
         bytes.push(0);
-        self.input.write_all(&bytes).and_then(|()| self.input.flush()).unwrap_or_else(|e| panic!("the browser is gone: {e}"));
+        self.input
+            .write_all(&bytes)
+            .and_then(|()| self.input.flush())
+            .unwrap_or_else(|e| panic!("the browser is gone: {e}"));
         let until = Instant::now() + PATIENCE;
         loop {
             let mut answer = self.receive(until, method);
@@ -124,16 +168,26 @@ impl Page {
 
     fn receive(&mut self, until: Instant, what: &str) -> Value {
         let left = until.saturating_duration_since(Instant::now());
-        let message = self.messages.recv_timeout(left).unwrap_or_else(|e| panic!("waiting for {what}: {e}; errors of the page: {:?}", self.errors));
+        let message = self.messages.recv_timeout(left).unwrap_or_else(|e| {
+            panic!("waiting for {what}: {e}; errors of the page: {:?}", self.errors)
+        });
         let params = &message["params"];
         match message["method"].as_str() {
             Some("Page.loadEventFired") => self.loaded = true,
-            Some("Network.requestWillBeSent") => self.requests.push(params["request"]["url"].as_str().unwrap_or_default().to_owned()),
-            Some("Runtime.exceptionThrown") => self.errors.push(params["exceptionDetails"].to_string()),
-            Some("Runtime.consoleAPICalled") if matches!(params["type"].as_str(), Some("error" | "warning" | "assert")) => {
+            Some("Network.requestWillBeSent") => {
+                self.requests.push(params["request"]["url"].as_str().unwrap_or_default().to_owned())
+            }
+            Some("Runtime.exceptionThrown") => {
+                self.errors.push(params["exceptionDetails"].to_string())
+            }
+            Some("Runtime.consoleAPICalled")
+                if matches!(params["type"].as_str(), Some("error" | "warning" | "assert")) =>
+            {
                 self.errors.push(params["args"].to_string())
             }
-            Some("Log.entryAdded") if matches!(params["entry"]["level"].as_str(), Some("error" | "warning")) => {
+            Some("Log.entryAdded")
+                if matches!(params["entry"]["level"].as_str(), Some("error" | "warning")) =>
+            {
                 self.errors.push(params["entry"]["text"].to_string())
             }
             _ => {}
@@ -143,13 +197,23 @@ impl Page {
 
     /// Sets the viewport, in pixels.
     pub fn resize(&mut self, width: u32, height: u32) {
-        self.call("Emulation.setDeviceMetricsOverride", json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false }));
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false }),
+        );
     }
 
     /// The value of an expression; promises are awaited.
     pub fn evaluate(&mut self, expression: &str) -> Value {
-        let mut answer = self.call("Runtime.evaluate", json!({ "expression": expression, "returnByValue": true, "awaitPromise": true }));
-        assert!(answer["exceptionDetails"].is_null(), "{expression}: {}", answer["exceptionDetails"]);
+        let mut answer = self.call(
+            "Runtime.evaluate",
+            json!({ "expression": expression, "returnByValue": true, "awaitPromise": true }),
+        );
+        assert!(
+            answer["exceptionDetails"].is_null(),
+            "{expression}: {}",
+            answer["exceptionDetails"]
+        );
         answer["result"]["value"].take()
     }
 
@@ -157,14 +221,20 @@ impl Page {
     pub fn wait_for(&mut self, expression: &str) {
         let until = Instant::now() + PATIENCE;
         while self.evaluate(&format!("!!({expression})")) != true {
-            assert!(Instant::now() < until, "never true: {expression}; errors of the page: {:?}", self.errors);
+            assert!(
+                Instant::now() < until,
+                "never true: {expression}; errors of the page: {:?}",
+                self.errors
+            );
             std::thread::sleep(Duration::from_millis(20));
         }
     }
 
     /// Waits until what was asked is on the screen.
     pub fn settle(&mut self) {
-        self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done())))");
+        self.evaluate(
+            "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done())))",
+        );
     }
 
     /// Moves the mouse, held down (`button` "left", "right") or not ("none").
@@ -181,7 +251,10 @@ impl Page {
         if from != to {
             for step in 1..=4 {
                 let t = f64::from(step) / 4.0;
-                self.mouse_move([from[0] + (to[0] - from[0]) * t, from[1] + (to[1] - from[1]) * t], button);
+                self.mouse_move(
+                    [from[0] + (to[0] - from[0]) * t, from[1] + (to[1] - from[1]) * t],
+                    button,
+                );
             }
         }
         self.call("Input.dispatchMouseEvent", end("mouseReleased", to));
@@ -194,12 +267,19 @@ impl Page {
 
     /// Turns the wheel; positive `delta` is towards the user.
     pub fn wheel(&mut self, at: [f64; 2], delta: f64) {
-        self.call("Input.dispatchMouseEvent", json!({ "type": "mouseWheel", "x": at[0], "y": at[1], "deltaX": 0, "deltaY": delta }));
+        self.call(
+            "Input.dispatchMouseEvent",
+            json!({ "type": "mouseWheel", "x": at[0], "y": at[1], "deltaX": 0, "deltaY": delta }),
+        );
     }
 
     /// Fingers on the screen: "touchStart", "touchMove" with their places, "touchEnd" with none.
     pub fn touch(&mut self, kind: &str, at: &[[f64; 2]]) {
-        let points: Vec<Value> = at.iter().enumerate().map(|(id, p)| json!({ "x": p[0], "y": p[1], "id": id })).collect();
+        let points: Vec<Value> = at
+            .iter()
+            .enumerate()
+            .map(|(id, p)| json!({ "x": p[0], "y": p[1], "id": id }))
+            .collect();
         self.call("Input.dispatchTouchEvent", json!({ "type": kind, "touchPoints": points }));
     }
 
@@ -232,7 +312,8 @@ impl Page {
         BASE64_STANDARD.decode(shot["data"].as_str().unwrap()).unwrap()
     }
 
-    /// What the viewport shows. With `NEARFAR_SCREENSHOTS` a folder, it is written there as `name`.png too, to be looked at.
+    /// What the viewport shows. With `NEARFAR_SCREENSHOTS` a folder, it is written there as
+    /// `name`.png too, to be looked at.
     pub fn screenshot(&mut self, name: &str) -> RgbImage {
         let png = self.screenshot_png();
         if let Some(folder) = std::env::var_os("NEARFAR_SCREENSHOTS") {
@@ -241,16 +322,22 @@ impl Page {
         image::load_from_memory(&png).unwrap().to_rgb8()
     }
 
-    /// Errors and warnings of the console, exceptions, files that could not be had, since the page was opened.
+    /// Errors and warnings of the console, exceptions, files that could not be had, since the page
+    /// was opened.
     pub fn errors(&mut self) -> &[String] {
         self.settle();
         &self.errors
     }
 
-    /// Addresses of everything that was asked for, the page itself first; `data:` and `blob:` are no requests to anybody and left out.
+    /// Addresses of everything that was asked for, the page itself first; `data:` and `blob:` are
+    /// no requests to anybody and left out.
     pub fn requests(&mut self) -> Vec<&str> {
         self.settle();
-        self.requests.iter().map(String::as_str).filter(|r| !r.starts_with("data:") && !r.starts_with("blob:")).collect()
+        self.requests
+            .iter()
+            .map(String::as_str)
+            .filter(|r| !r.starts_with("data:") && !r.starts_with("blob:"))
+            .collect()
     }
 
     /// Fails unless the page is silent and asked for nothing but itself.
@@ -288,7 +375,10 @@ fn a_page_is_driven() {
     let Some(mut page) = Page::open(&file, 400, 300) else { return };
     page.assert_quiet();
     let shot = page.screenshot("driven");
-    assert_eq!((shot.dimensions(), shot.get_pixel(300, 200).0, shot.get_pixel(20, 20).0), ((400, 300), [0x20, 0x40, 0x60], [255, 0, 0]));
+    assert_eq!(
+        (shot.dimensions(), shot.get_pixel(300, 200).0, shot.get_pixel(20, 20).0),
+        ((400, 300), [0x20, 0x40, 0x60], [255, 0, 0])
+    );
     page.click([100.0, 100.0]);
     page.wheel([100.0, 100.0], 100.0);
     page.key("ArrowLeft");
@@ -297,7 +387,12 @@ fn a_page_is_driven() {
     page.touch("touchEnd", &[]);
     page.wait_for("log.includes('wheel') && log.includes('touchstart')");
     for event in ["pointerdown", "keydownArrowLeft", "keydowna"] {
-        assert_eq!(page.evaluate(&format!("log.includes('{event}')")), true, "{event}: {}", page.evaluate("log"));
+        assert_eq!(
+            page.evaluate(&format!("log.includes('{event}')")),
+            true,
+            "{event}: {}",
+            page.evaluate("log")
+        );
     }
     page.evaluate("console.error('told'); fetch('https://nowhere.invalid/').catch(() => 0)");
     assert!(page.errors()[0].contains("told"));

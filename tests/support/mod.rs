@@ -24,7 +24,9 @@ pub fn quad(mesh: &mut Mesh, corners: [Vec3; 4], material: u32) {
 
 /// An axis-aligned box; faces wound outwards, or inwards for a room.
 pub fn cuboid(mesh: &mut Mesh, min: Vec3, max: Vec3, material: u32, inwards: bool) {
-    let c = |i: usize| Vec3::new([min.x, max.x][i & 1], [min.y, max.y][i >> 1 & 1], [min.z, max.z][i >> 2 & 1]);
+    let c = |i: usize| {
+        Vec3::new([min.x, max.x][i & 1], [min.y, max.y][i >> 1 & 1], [min.z, max.z][i >> 2 & 1])
+    };
     for f in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
         let mut corners = f.map(c);
         if inwards {
@@ -45,12 +47,27 @@ pub fn small_room() -> Scene {
     cuboid(&mut room, Vec3::ZERO, Vec3::ONE, 0, true);
     let mut block = Mesh { name: "block".into(), sides: Sides::Auto, ..Mesh::default() };
     cuboid(&mut block, Vec3::new(0.3, 0.0, 0.3), Vec3::new(0.6, 0.35, 0.6), 1, false);
-    let light = Light::Quad { corner: Vec3::new(0.4, 0.999, 0.4), edge1: Vec3::X * 0.2, edge2: Vec3::Z * 0.2, radiance: Rgb::new(10.0, 9.0, 8.0) };
+    let light = Light::Quad {
+        corner: Vec3::new(0.4, 0.999, 0.4),
+        edge1: Vec3::X * 0.2,
+        edge2: Vec3::Z * 0.2,
+        radiance: Rgb::new(10.0, 9.0, 8.0),
+    };
     Scene {
         name: "small room".into(),
-        camera: Camera { eye: Vec3::new(0.5, 0.5, 0.02), target: Vec3::new(0.5, 0.4, 1.0), up: Vec3::Y, vfov_deg: 80.0, width: 32, height: 24 },
+        camera: Camera {
+            eye: Vec3::new(0.5, 0.5, 0.02),
+            target: Vec3::new(0.5, 0.4, 1.0),
+            up: Vec3::Y,
+            vfov_deg: 80.0,
+            width: 32,
+            height: 24,
+        },
         meshes: vec![room, block],
-        materials: vec![grey(0.7), Material { albedo: Rgb::new(0.6, 0.3, 0.2), ..Material::default() }],
+        materials: vec![
+            grey(0.7),
+            Material { albedo: Rgb::new(0.6, 0.3, 0.2), ..Material::default() },
+        ],
         textures: Vec::new(),
         lights: vec![light],
     }
@@ -64,7 +81,9 @@ pub fn world(scene: &Scene, backend: Backend) -> World {
 /// The folder of reference models and images; says so when it is not there.
 pub fn shared() -> Option<std::path::PathBuf> {
     let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared");
-    let path = std::path::PathBuf::from(std::env::var("NEARFAR_SHARED").unwrap_or_else(|_| default.into()));
+    let path = std::path::PathBuf::from(
+        std::env::var("NEARFAR_SHARED").unwrap_or_else(|_| default.into()),
+    );
     if !path.join("references").is_dir() {
         eprintln!("skipped: no reference images at {}", path.display());
         return None;

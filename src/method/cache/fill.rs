@@ -3,12 +3,15 @@
 //! ```text
 //! for stride in 64, 32, …, 1:  for points of pixels on that grid, in an order that spreads:  not covered → measure a record there
 //! ```
-//! Work is done in batches whose size depends on the number of records alone: the points of a batch are tested against the frozen cache,
-//! the uncovered ones measured in parallel and inserted in order. A measurement that an earlier one of its batch covers is kept: it is paid for.
-//! Neighbour clamping happens at insertion and may uncover points, so all points are visited again until none is left.
+//! Work is done in batches whose size depends on the number of records alone: the points of a batch
+//! are tested against the frozen cache, the uncovered ones measured in parallel and inserted in
+//! order. A measurement that an earlier one of its batch covers is kept: it is paid for. Neighbour
+//! clamping happens at insertion and may uncover points, so all points are visited again until none
+//! is left.
 //!
-//! Input   shading points, proxy, [`Rule`]. Output  [`Cache`]. Guarantees  bit-identical for any thread count; random numbers are keyed by the
-//! record's position. Cost  records · rays, and a lookup per point and visit.
+//! Input   shading points, proxy, [`Rule`]. Output  [`Cache`]. Guarantees  bit-identical for any
+//!         thread count; random numbers are keyed by the record's position. Cost  records · rays,
+//!         and a lookup per point and visit.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -85,7 +88,11 @@ impl Cache {
     pub fn insert_clamped(&mut self, mut record: CacheRecord, pixel: Option<u32>) {
         if self.rule.clamps_neighbours() {
             let bound = |own: &CacheRecord, other: &CacheRecord| {
-                if own.n.dot(other.n) > 0.0 { other.clearance + own.p.distance(other.p) } else { f32::INFINITY }
+                if own.n.dot(other.n) > 0.0 {
+                    other.clearance + own.p.distance(other.p)
+                } else {
+                    f32::INFINITY
+                }
             };
             let mut lowest = record.clearance;
             for i in self.clearances.within(record.p, record.clearance) {
@@ -102,7 +109,8 @@ impl Cache {
         self.insert(record, pixel);
     }
 
-    /// Builds the tree of spheres anew: radii may have shrunk, and its order shall not tell in which way the records came.
+    /// Builds the tree of spheres anew: radii may have shrunk, and its order shall not tell in
+    /// which way the records came.
     fn settle(&mut self) {
         self.spheres = Octree::new(&self.bounds);
         for (i, record) in self.records.iter().enumerate() {
@@ -110,8 +118,17 @@ impl Cache {
         }
     }
 
-    /// Calls `visit` with records that have weight at a point until it returns true; counts test rays.
-    pub fn lookup(&self, world: &World, p: glam::Vec3, n: glam::Vec3, reach: f32, rays: &mut u64, mut visit: impl FnMut(&CacheRecord, f32) -> bool) -> bool {
+    /// Calls `visit` with records that have weight at a point until it returns true; counts test
+    /// rays.
+    pub fn lookup(
+        &self,
+        world: &World,
+        p: glam::Vec3,
+        n: glam::Vec3,
+        reach: f32,
+        rays: &mut u64,
+        mut visit: impl FnMut(&CacheRecord, f32) -> bool,
+    ) -> bool {
         self.spheres.around(p, |i| {
             let record = &self.records[i as usize];
             let weight = self.rule.weight(record, p, n, reach);
@@ -123,12 +140,23 @@ impl Cache {
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
-    pub fn fill(&mut self, world: &World, proxy: Proxy<'_>, samples: &CameraSamples, rays: u32, seed: u64, run: &Run) -> Result<()> {
+    pub fn fill(
+        &mut self,
+        world: &World,
+        proxy: Proxy<'_>,
+        samples: &CameraSamples,
+        rays: u32,
+        seed: u64,
+        run: &Run,
+    ) -> Result<()> {
         let points = &samples.points;
         let phase = run.phase("fill", points.len() as u64);
         let nanoseconds = AtomicU64::new(0);
         let pass = |stride: u32| {
-            let on = |pixel: u32, s: u32| (pixel % samples.width).is_multiple_of(s) && (pixel / samples.width).is_multiple_of(s);
+            let on = |pixel: u32, s: u32| {
+                (pixel % samples.width).is_multiple_of(s)
+                    && (pixel / samples.width).is_multiple_of(s)
+            };
             let of_pass = |&i: &u32| {
                 let pixel = points.pixel[i as usize];
                 on(pixel, stride) && (stride == COARSEST || !on(pixel, 2 * stride))
@@ -147,8 +175,15 @@ impl Cache {
                 run.check()?;
                 let batch = (self.records.len() / 8).clamp(16, 1024);
                 let ahead = &todo[at..(at + LOOK_AHEAD * batch).min(todo.len())];
-                let covered: Vec<bool> =
-                    run.install(|| ahead.par_iter().with_min_len(64).map(|&i| self.covers(world, points.p[i as usize], points.ns[i as usize], run)).collect());
+                let covered: Vec<bool> = run.install(|| {
+                    ahead
+                        .par_iter()
+                        .with_min_len(64)
+                        .map(|&i| {
+                            self.covers(world, points.p[i as usize], points.ns[i as usize], run)
+                        })
+                        .collect()
+                });
                 let mut tested = 0;
                 let mut open = Vec::new();
                 for (&i, &covered) in ahead.iter().zip(&covered) {
@@ -165,10 +200,27 @@ impl Cache {
                     open.par_iter()
                         .map(|&i| {
                             let start = ThreadTime::now();
-                            let key = points.p[i].to_array().iter().fold(0, |h, v| hash64(h ^ u64::from(v.to_bits())));
-                            let m = measure(world, proxy, points.p[i], points.ng[i], points.ns[i], rays, rule.derivatives(), seed, key);
-                            nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
-                            (rule.record(&m, points.p[i], points.ns[i], points.footprint[i]), m.rays)
+                            let key = points.p[i]
+                                .to_array()
+                                .iter()
+                                .fold(0, |h, v| hash64(h ^ u64::from(v.to_bits())));
+                            let m = measure(
+                                world,
+                                proxy,
+                                points.p[i],
+                                points.ng[i],
+                                points.ns[i],
+                                rays,
+                                rule.derivatives(),
+                                seed,
+                                key,
+                            );
+                            nanoseconds
+                                .fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+                            (
+                                rule.record(&m, points.p[i], points.ns[i], points.footprint[i]),
+                                m.rays,
+                            )
                         })
                         .collect()
                 });

@@ -3,13 +3,17 @@
 //! ```text
 //! E = π / N · Σ L(wi)                     wi cosine-distributed, one a stratum of equal cosine-weighted solid angle
 //! ```
-//! M rings of equal sin² θ, N ≈ π M sectors. A concentric square grid (compact strata) was tried: its outermost strata reach higher above
-//! the horizon, and what is low and near, a rare hit of much weight, makes gradients noisier (error of extrapolation in the built-in
-//! interior 0.26 against 0.17), irradiance a little.
+//! M rings of equal sin² θ, N ≈ π M sectors. A concentric square grid (compact strata) was tried:
+//! its outermost strata reach higher above the horizon, and what is low and near, a rare hit of
+//! much weight, makes gradients noisier (error of extrapolation in the built-in interior 0.26
+//! against 0.17), irradiance a little.
 //!
-//! Input   a point lifted off its surface, its geometric normal, the frame of its shading normal. Output  [`Hemisphere`]: per stratum the
-//!         local direction, the radiance and the inverse distance of what was met. The sky has inverse distance 0: it stays where it is however the point moves.
-//! Guarantees  keyed by (seed, element, round), never by thread. Directions below the geometric horizon are not shot: no light, no hit.
+//! Input   a point lifted off its surface, its geometric normal, the frame of its shading normal.
+//!         Output  [`Hemisphere`]: per stratum the local direction, the radiance and the inverse
+//!         distance of what was met. The sky has inverse distance 0: it stays where it is however
+//!         the point moves.
+//! Guarantees  keyed by (seed, element, round), never by thread. Directions below the geometric
+//!             horizon are not shot: no light, no hit.
 
 use glam::{Vec2, Vec3};
 
@@ -19,7 +23,8 @@ use crate::radiometry::Rgb;
 use crate::sampling::{Rng, Stream};
 use crate::shading::World;
 
-/// Strata of equal cosine-weighted solid angle; index `ring · sectors + sector`, rings from the zenith out.
+/// Strata of equal cosine-weighted solid angle; index `ring · sectors + sector`, rings from the
+/// zenith out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
     /// M.
@@ -48,7 +53,10 @@ impl Grid {
     }
     /// Local direction of point `jitter` (unit square) of a stratum.
     pub fn direction(self, stratum: usize, jitter: Vec2) -> Vec3 {
-        self.at((stratum / self.sectors) as f32 + jitter.x, (stratum % self.sectors) as f32 + jitter.y)
+        self.at(
+            (stratum / self.sectors) as f32 + jitter.x,
+            (stratum % self.sectors) as f32 + jitter.y,
+        )
     }
     fn at(self, ring: f32, sector: f32) -> Vec3 {
         let sin2 = ring / self.rings as f32;
@@ -59,7 +67,10 @@ impl Grid {
     /// The strata after a stratum: the next sector's, and the next ring's if there is one.
     pub fn next(self, stratum: usize) -> [Option<usize>; 2] {
         let (ring, sector) = (stratum / self.sectors, stratum % self.sectors);
-        [Some(ring * self.sectors + (sector + 1) % self.sectors), (ring + 1 < self.rings).then_some(stratum + self.sectors)]
+        [
+            Some(ring * self.sectors + (sector + 1) % self.sectors),
+            (ring + 1 < self.rings).then_some(stratum + self.sectors),
+        ]
     }
 }
 
@@ -80,7 +91,17 @@ pub struct Hemisphere {
 
 impl Hemisphere {
     /// Shoots one ray a stratum.
-    pub fn shoot(world: &World, proxy: Proxy<'_>, p: Vec3, ng: Vec3, frame: &Frame, grid: Grid, seed: u64, element: u64, round: u64) -> Self {
+    pub fn shoot(
+        world: &World,
+        proxy: Proxy<'_>,
+        p: Vec3,
+        ng: Vec3,
+        frame: &Frame,
+        grid: Grid,
+        seed: u64,
+        element: u64,
+        round: u64,
+    ) -> Self {
         let mut rng = Rng::new(seed, Stream::Cache, element, round);
         Self::from_fn(grid, &mut rng, |local| {
             let wi = frame.world_from_local(local);
@@ -91,8 +112,13 @@ impl Hemisphere {
         })
     }
 
-    /// Samples of any environment: radiance and inverse distance by local direction; none below the geometric horizon.
-    pub fn from_fn(grid: Grid, rng: &mut Rng, mut environment: impl FnMut(Vec3) -> Option<(Rgb, f32)>) -> Self {
+    /// Samples of any environment: radiance and inverse distance by local direction; none below the
+    /// geometric horizon.
+    pub fn from_fn(
+        grid: Grid,
+        rng: &mut Rng,
+        mut environment: impl FnMut(Vec3) -> Option<(Rgb, f32)>,
+    ) -> Self {
         let n = grid.strata();
         let mut out = Self {
             grid,
@@ -121,15 +147,19 @@ impl Hemisphere {
 
     /// Rotational gradient, local, per channel: E(N) ≈ E + (n × N) · g.
     ///
-    /// `g = n × ∫ L wi dω`, the weight tan θ taken as its mean over the stratum: the sampled one has no finite variance at the horizon.
+    /// `g = n × ∫ L wi dω`, the weight tan θ taken as its mean over the stratum: the sampled one
+    /// has no finite variance at the horizon.
     pub fn gradient_rotation(&self) -> [Vec3; 3] {
         let mut sums = [Vec3::ZERO; 3];
-        let tangents: Vec<f32> = (0..self.grid.rings).map(|j| mean_tan([j, j + 1].map(|j| self.grid.sin_border(j)))).collect();
+        let tangents: Vec<f32> = (0..self.grid.rings)
+            .map(|j| mean_tan([j, j + 1].map(|j| self.grid.sin_border(j))))
+            .collect();
         for (stratum, (&wi, &l)) in self.direction.iter().zip(&self.radiance).enumerate() {
             if l == Rgb::ZERO {
                 continue;
             }
-            let azimuth = Vec2::new(wi.x, wi.y).normalize_or_zero() * tangents[stratum / self.grid.sectors];
+            let azimuth =
+                Vec2::new(wi.x, wi.y).normalize_or_zero() * tangents[stratum / self.grid.sectors];
             let rotated = Vec3::new(-azimuth.y, azimuth.x, 0.0);
             for (sum, value) in sums.iter_mut().zip(l.to_array()) {
                 *sum += rotated * value;
@@ -157,10 +187,15 @@ mod tests {
                 let (ring, sector) = (i / grid.sectors, i % grid.sectors);
                 let wi = grid.direction(i, rng.next_2d());
                 let sin = Vec2::new(wi.x, wi.y).length();
-                assert!(sin > grid.sin_border(ring) - 1e-5 && sin < grid.sin_border(ring + 1) + 1e-5);
+                assert!(
+                    sin > grid.sin_border(ring) - 1e-5 && sin < grid.sin_border(ring + 1) + 1e-5
+                );
                 assert!(wi.is_normalized() && wi.z >= 0.0);
                 let (a, b) = (grid.corner(grid.rings, sector), grid.corner(grid.rings, sector + 1));
-                assert!(a.z == 0.0 && a.cross(wi).z > -1e-5 && wi.cross(b).z > -1e-5, "{grid:?} {i}");
+                assert!(
+                    a.z == 0.0 && a.cross(wi).z > -1e-5 && wi.cross(b).z > -1e-5,
+                    "{grid:?} {i}"
+                );
             }
         }
     }
@@ -169,7 +204,10 @@ mod tests {
     fn rays_asked_for() {
         for rays in [64, 512, 1024, 4096] {
             let grid = Grid::new(rays);
-            assert!(grid.strata() <= rays as usize && grid.strata() + grid.rings > rays as usize, "{rays}: {grid:?}");
+            assert!(
+                grid.strata() <= rays as usize && grid.strata() + grid.rings > rays as usize,
+                "{rays}: {grid:?}"
+            );
         }
     }
 }

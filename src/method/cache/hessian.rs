@@ -3,18 +3,21 @@
 //! ```text
 //! ∇E = Σ_b (L_left − L_right) k_b ∇e_b          ∇²E = Σ_b (L_left − L_right) k_b² ∇²e_b          b over all borders, e_b: [`super::edges`]
 //! ```
-//! Every stratum is read as a polygon of its sample's radiance. A border moves with the nearer of what lies on its two sides (k_b, the
-//! inverse distance), so that a near thing covers and uncovers what is behind it: Ward and Heckbert's idea, carried to second
-//! derivatives.
+//! Every stratum is read as a polygon of its sample's radiance. A border moves with the nearer of
+//! what lies on its two sides (k_b, the inverse distance), so that a near thing covers and uncovers
+//! what is behind it: Ward and Heckbert's idea, carried to second derivatives.
 //!
-//! The aim is that of Schwarzhaupt, Wann Jensen, Jarosz (2012). There the hits are joined to triangles that take the radiance of their
-//! farthest corner, which draws every outline half a stratum too far in (18 % error of the gradient under an occluding half-plane at
-//! 24 × 24 rays, 4 % here; `tests/cache_record.rs` holds it), and edges run from occluders to what lies behind them, which is noise where near things are small.
+//! The aim is that of Schwarzhaupt, Wann Jensen, Jarosz (2012). There the hits are joined to
+//! triangles that take the radiance of their farthest corner, which draws every outline half a
+//! stratum too far in (18 % error of the gradient under an occluding half-plane at 24 × 24 rays, 4
+//! % here; `tests/cache_record.rs` holds it), and edges run from occluders to what lies behind
+//! them, which is noise where near things are small.
 //!
-//! Input   [`Hemisphere`]. Output  [`Derivatives`], local frame, tangent parts. Cost O(strata), two borders each; the
-//!         borders of a grid are computed once.
-//! Guarantees  exactly zero where all radiance is equal, or infinitely far. Nothing moves at the horizon, nor at the geometric horizon.
-//! Not seen: what is thinner than a stratum; the light that appears where one border slides along another.
+//! Input   [`Hemisphere`]. Output  [`Derivatives`], local frame, tangent parts. Cost O(strata), two
+//!         borders each; the borders of a grid are computed once.
+//! Guarantees  exactly zero where all radiance is equal, or infinitely far. Nothing moves at the
+//!             horizon, nor at the geometric horizon. Not seen: what is thinner than a stratum; the
+//!             light that appears where one border slides along another.
 
 use glam::{Vec2, Vec3};
 
@@ -26,12 +29,14 @@ use super::hemisphere::Hemisphere;
 pub struct Derivatives {
     /// Per channel, W·m⁻² per unit length, local.
     pub gradient: [Vec3; 3],
-    /// xx, xy, yy of the irradiance summed over channels, in units of that irradiance; 1 / length². Zero in the dark.
+    /// xx, xy, yy of the irradiance summed over channels, in units of that irradiance; 1 / length².
+    /// Zero in the dark.
     pub hessian: [f32; 3],
 }
 
-/// Two sides of a border are one surface when their distances differ by less than this factor; then it moves with their mean inverse
-/// distance, else with the nearer. Chosen: an occluder that close to its background uncovers little.
+/// Two sides of a border are one surface when their distances differ by less than this factor; then
+/// it moves with their mean inverse distance, else with the nearer. Chosen: an occluder that close
+/// to its background uncovers little.
 const SAME_SURFACE: f32 = 1.5;
 
 /// Of one hemisphere.
@@ -57,7 +62,10 @@ pub fn derivatives(hemisphere: &Hemisphere) -> Derivatives {
     }
     let irradiance = hemisphere.irradiance().element_sum();
     let relative = if irradiance > 0.0 { 1.0 / irradiance } else { 0.0 };
-    Derivatives { gradient: gradient.map(|g| g.extend(0.0)), hessian: hessian.map(|h| h * relative) }
+    Derivatives {
+        gradient: gradient.map(|g| g.extend(0.0)),
+        hessian: hessian.map(|h| h * relative),
+    }
 }
 
 /// Eigenvalues of xx, xy, yy, the larger magnitude first, and the unit direction of the first.

@@ -3,8 +3,9 @@
 //! ```text
 //! E(p, n) = Σ_i w_i · clamp( E_i + (n_i × n) · g_r,i + (p − p_i) · g_t,i ) / Σ_i w_i
 //! ```
-//! Records reach `cache.reach` times as far as in the fill, so several overlap at every point. A point out of everybody's reach (the
-//! fill gave up, or was skipped) is told apart. The order of the sum is that of the octree: independent of threads.
+//! Records reach `cache.reach` times as far as in the fill, so several overlap at every point. A
+//! point out of everybody's reach (the fill gave up, or was skipped) is told apart. The order of
+//! the sum is that of the octree: independent of threads.
 
 use rayon::prelude::*;
 
@@ -20,7 +21,13 @@ use crate::shading::World;
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
-pub fn interpolate(world: &World, cache: &Cache, points: &ShadingPoints, settings: &CacheSettings, run: &Run) -> Result<Vec<Option<Rgb>>> {
+pub fn interpolate(
+    world: &World,
+    cache: &Cache,
+    points: &ShadingPoints,
+    settings: &CacheSettings,
+    run: &Run,
+) -> Result<Vec<Option<Rgb>>> {
     const BLOCK: usize = 256;
     let phase = run.phase("interpolate", points.len() as u64);
     let blocks: Vec<Vec<Option<Rgb>>> = run.install(|| {
@@ -36,11 +43,22 @@ pub fn interpolate(world: &World, cache: &Cache, points: &ShadingPoints, setting
                 let out = range
                     .map(|i| {
                         let (mut sum, mut weights) = (Rgb::ZERO, 0.0f32);
-                        cache.lookup(world, points.p[i], points.ns[i], settings.reach, &mut rays, |record, weight| {
-                            sum += record.extrapolate(points.p[i], points.ns[i], settings.extrapolation) * weight;
-                            weights += weight;
-                            false
-                        });
+                        cache.lookup(
+                            world,
+                            points.p[i],
+                            points.ns[i],
+                            settings.reach,
+                            &mut rays,
+                            |record, weight| {
+                                sum += record.extrapolate(
+                                    points.p[i],
+                                    points.ns[i],
+                                    settings.extrapolation,
+                                ) * weight;
+                                weights += weight;
+                                false
+                            },
+                        );
                         (weights > 0.0).then(|| sum / weights)
                     })
                     .collect();

@@ -1,15 +1,18 @@
 //! One record: irradiance, its derivatives and what bounds its reach, from one set of rays.
 //!
-//! Input   a point lifted off its surface, its normals. Output  [`Measured`]. Keyed by (seed, element): the same bits on any thread.
+//! Input   a point lifted off its surface, its normals. Output  [`Measured`]. Keyed by (seed,
+//!         element): the same bits on any thread.
 //! Cost    `rays` rays; the gradients and the Hessian add at most 5 % to them.
 //!
-//! **Noise.** A record noisier than `noise` is measured again with as many further rays as it has, in a hemisphere of their own, all
-//! hemispheres weighted by their strata, until it is quiet or has `noise_rays_max` times its rays. Stopping by what was found darkens the
-//! mean, for records that miss a bright thing stay as they are: in the built-in interior by 0.1 to 0.3 %, at 1.3
-//! times the rays, with the error per ray of plain sampling and a shorter tail; in the worst case of the tests, one record in four hitting a
-//! patch that sends a quarter of the light, by 10 % while the error halves. Infinite `noise` is unbiased.
-//! Further rays in the strata that differ most from their neighbours (Radiance's way) were tried: 2 to 3 % too dark in that interior, and no
-//! better per ray.
+//! **Noise.** A record noisier than `noise` is measured again with as many further rays as it has,
+//! in a hemisphere of their own, all hemispheres weighted by their strata, until it is quiet or has
+//! `noise_rays_max` times its rays. Stopping by what was found darkens the mean, for records that
+//! miss a bright thing stay as they are: in the built-in interior by 0.1 to 0.3 %, at 1.3 times the
+//! rays, with the error per ray of plain sampling and a shorter tail; in the worst case of the
+//! tests, one record in four hitting a patch that sends a quarter of the light, by 10 % while the
+//! error halves. Infinite `noise` is unbiased. Further rays in the strata that differ most from
+//! their neighbours (Radiance's way) were tried: 2 to 3 % too dark in that interior, and no better
+//! per ray.
 
 use glam::{DVec3, Vec3};
 
@@ -57,11 +60,13 @@ pub struct Measured {
     pub curvature_axis: Vec3,
     /// |λ1| ≥ |λ2| of the relative irradiance, 1/length²; zero unless [`Derivatives::OcclusionHessian`].
     pub curvature: [f32; 2],
-    /// Per azimuth sector about `Frame::from_normal(ns)`: distance of the nearest hit less than 30° above the tangent plane; infinite: none.
+    /// Per azimuth sector about `Frame::from_normal(ns)`: distance of the nearest hit less than 30°
+    /// above the tangent plane; infinite: none.
     pub low_occluder: [f32; SECTORS],
     /// Rays shot.
     pub rays: u32,
-    /// Relative standard error of the irradiance (mean of channels), from differences of neighbouring strata.
+    /// Relative standard error of the irradiance (mean of channels), from differences of
+    /// neighbouring strata.
     pub standard_error: f32,
 }
 
@@ -81,8 +86,29 @@ impl Default for MeasureSettings {
 }
 
 /// [`measure_with`] the default settings.
-pub fn measure(world: &World, proxy: Proxy<'_>, p: Vec3, ng: Vec3, ns: Vec3, rays: u32, derivatives: Derivatives, seed: u64, element: u64) -> Measured {
-    measure_with(world, proxy, p, ng, ns, rays, derivatives, &MeasureSettings::default(), seed, element)
+pub fn measure(
+    world: &World,
+    proxy: Proxy<'_>,
+    p: Vec3,
+    ng: Vec3,
+    ns: Vec3,
+    rays: u32,
+    derivatives: Derivatives,
+    seed: u64,
+    element: u64,
+) -> Measured {
+    measure_with(
+        world,
+        proxy,
+        p,
+        ng,
+        ns,
+        rays,
+        derivatives,
+        &MeasureSettings::default(),
+        seed,
+        element,
+    )
 }
 
 /// Measures the record at `p` (already lifted off the surface). Keyed by (seed, element).
@@ -103,7 +129,8 @@ pub fn measure_with(
     let mut sum = Sum::default();
     for round in 0.. {
         let rays = if round == 0 { rays } else { sum.strata as u32 };
-        let hemisphere = Hemisphere::shoot(world, proxy, p, ng, &frame, Grid::new(rays), seed, element, round);
+        let hemisphere =
+            Hemisphere::shoot(world, proxy, p, ng, &frame, Grid::new(rays), seed, element, round);
         sum.add(&hemisphere, derivatives);
         if sum.standard_error() <= settings.noise || 2.0 * sum.strata > limit {
             break;
@@ -182,7 +209,9 @@ impl Sum {
         }
         match derivatives {
             Derivatives::None => {}
-            Derivatives::WardHeckbert => add(&mut self.translation, ward::gradient_translation(hemisphere)),
+            Derivatives::WardHeckbert => {
+                add(&mut self.translation, ward::gradient_translation(hemisphere))
+            }
             Derivatives::OcclusionHessian => {
                 let found = hessian::derivatives(hemisphere);
                 add(&mut self.translation, found.gradient);
@@ -203,14 +232,19 @@ impl Sum {
         let share = 1.0 / self.strata as f32;
         let world = |g: [Vec3; 3]| g.map(|g| frame.world_from_local(g * share));
         let scale = self.irradiance.element_sum() as f32;
-        let (curvature, axis) = hessian::eigen(if scale > 0.0 { self.hessian.map(|h| h / scale) } else { [0.0; 3] });
+        let (curvature, axis) =
+            hessian::eigen(if scale > 0.0 { self.hessian.map(|h| h / scale) } else { [0.0; 3] });
         Measured {
             irradiance: (self.irradiance / self.strata).as_vec3(),
             gradient_rotation: world(self.rotation),
             gradient_translation: world(self.translation),
             distance_harmonic: (self.strata / self.inverse_distance) as f32,
             distance_min: 1.0 / self.inverse_nearest,
-            curvature_axis: if derivatives == Derivatives::OcclusionHessian { frame.world_from_local(axis.extend(0.0)) } else { frame.s },
+            curvature_axis: if derivatives == Derivatives::OcclusionHessian {
+                frame.world_from_local(axis.extend(0.0))
+            } else {
+                frame.s
+            },
             curvature: curvature.map(f32::abs),
             low_occluder: self.low_occluder,
             rays: self.rays,
@@ -219,7 +253,8 @@ impl Sum {
     }
 }
 
-/// Of the irradiance summed over channels: half the mean square between neighbouring strata is their variance.
+/// Of the irradiance summed over channels: half the mean square between neighbouring strata is
+/// their variance.
 fn standard_error(hemisphere: &Hemisphere) -> f64 {
     let n = hemisphere.radiance.len();
     let value = |i: usize| f64::from(hemisphere.radiance[i].element_sum());

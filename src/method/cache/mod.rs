@@ -1,10 +1,12 @@
-//! Irradiance caching: irradiance and its derivatives at few places, extrapolated and blended everywhere else.
+//! Irradiance caching: irradiance and its derivatives at few places, extrapolated and blended
+//! everywhere else.
 //!
 //! ```text
 //! E(p, n) = Σ_i w_i(p, n) · [ E_i + (n_i × n) · g_r,i + (p − p_i) · g_t,i ] / Σ_i w_i(p, n)
 //! ```
-//! Three ways to say how far a record reaches ([`Mode`]): `hessian` (occlusion-aware Hessian `[Schwarzhaupt12]`), `production-2006`
-//! (smallest distance `[Tabellion04]`, neighbour clamping `[Krivanek06]`, gradients `[Ward92]`), `split-sphere` `[Ward88]`.
+//! Three ways to say how far a record reaches ([`Mode`]): `hessian` (occlusion-aware Hessian
+//! `[Schwarzhaupt12]`), `production-2006` (smallest distance `[Tabellion04]`, neighbour clamping
+//! `[Krivanek06]`, gradients `[Ward92]`), `split-sphere` `[Ward88]`.
 //!
 //! | File | Job |
 //! |---|---|
@@ -18,8 +20,9 @@
 //! | `store` | records in a file |
 //! | `render` | all in a row |
 //!
-//! Guarantees: bit-identical for any thread count; after the fill every shading point is within reach of a record; weights are continuous.
-//! Not guaranteed: that no feature smaller than the distance between records is missed.
+//! Guarantees: bit-identical for any thread count; after the fill every shading point is within
+//! reach of a record; weights are continuous. Not guaranteed: that no feature smaller than the
+//! distance between records is missed.
 
 pub mod edges;
 pub mod fill;

@@ -1,10 +1,12 @@
 //! Spheres in an octree: which hold a point, and whose centres lie in a sphere.
 //!
-//! A sphere of radius R is referenced by every node of side in \[2R, 4R) that its box overlaps: eight at most. So the spheres around a point
-//! are all found on one path from the root, and there are no lists longer than the true overlap by more than a constant factor.
+//! A sphere of radius R is referenced by every node of side in \[2R, 4R) that its box overlaps:
+//! eight at most. So the spheres around a point are all found on one path from the root, and there
+//! are no lists longer than the true overlap by more than a constant factor.
 //!
-//! Input   centres and radii, within or around the root's box. Guarantees  answers contain every sphere in question (and others: callers test
-//! exactly), in an order that depends on insertions alone. Cost  O(depth) an operation, depth at most 24.
+//! Input   centres and radii, within or around the root's box. Guarantees  answers contain every
+//!         sphere in question (and others: callers test exactly), in an order that depends on
+//!         insertions alone. Cost  O(depth) an operation, depth at most 24.
 
 use glam::Vec3;
 
@@ -41,7 +43,8 @@ impl Octree {
         Self { corner: bounds.center() - Vec3::splat(0.5 * side), side, nodes: vec![Node::new()] }
     }
 
-    /// Adds item `index` with its sphere. What lies outside the root's box is found by points outside as well: they share its border nodes.
+    /// Adds item `index` with its sphere. What lies outside the root's box is found by points
+    /// outside as well: they share its border nodes.
     pub fn insert(&mut self, index: u32, center: Vec3, radius: f32) {
         let mut depth = 0;
         let mut side = self.side;
@@ -50,7 +53,12 @@ impl Octree {
             depth += 1;
         }
         let cells = (1u32 << depth) as f32;
-        let cell = |v: Vec3| ((v - self.corner) / side).floor().clamp(Vec3::ZERO, Vec3::splat(cells - 1.0)).as_uvec3();
+        let cell = |v: Vec3| {
+            ((v - self.corner) / side)
+                .floor()
+                .clamp(Vec3::ZERO, Vec3::splat(cells - 1.0))
+                .as_uvec3()
+        };
         let (low, high) = (cell(center - Vec3::splat(radius)), cell(center + Vec3::splat(radius)));
         for z in low.z..=high.z {
             for y in low.y..=high.y {
@@ -76,10 +84,14 @@ impl Octree {
         at
     }
 
-    /// Calls `visit` with candidates for the spheres that hold `p`, until it returns true; each once. Returns whether it did.
+    /// Calls `visit` with candidates for the spheres that hold `p`, until it returns true; each
+    /// once. Returns whether it did.
     pub fn around(&self, p: Vec3, mut visit: impl FnMut(u32) -> bool) -> bool {
         let finest = (1u32 << DEEPEST) as f32;
-        let cell = ((p - self.corner) / self.side * finest).floor().clamp(Vec3::ZERO, Vec3::splat(finest - 1.0)).as_uvec3();
+        let cell = ((p - self.corner) / self.side * finest)
+            .floor()
+            .clamp(Vec3::ZERO, Vec3::splat(finest - 1.0))
+            .as_uvec3();
         let mut at = 0;
         for level in (0..=DEEPEST).rev() {
             let node = &self.nodes[at];
@@ -101,7 +113,8 @@ impl Octree {
 
     /// Candidates for the items whose centres lie within `radius` of `p`, ascending.
     pub fn within(&self, p: Vec3, radius: f32) -> Vec<u32> {
-        // What lies outside the box is kept at its border; clamping brings no two points further apart.
+        // What lies outside the box is kept at its border; clamping brings no two points further
+        // apart.
         let p = p.clamp(self.corner, self.corner + Vec3::splat(self.side));
         let mut found = Vec::new();
         let mut open = vec![(0u32, self.corner, self.side)];
@@ -110,8 +123,11 @@ impl Octree {
             found.extend_from_slice(&node.items);
             let half = 0.5 * side;
             for (i, &child) in node.children.iter().enumerate().filter(|(_, c)| **c != NONE) {
-                let low = corner + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * half;
-                if p.distance_squared(p.clamp(low, low + Vec3::splat(half))) <= radius * radius * 1.0001 + self.side * self.side * 1e-13 {
+                let low =
+                    corner + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * half;
+                if p.distance_squared(p.clamp(low, low + Vec3::splat(half)))
+                    <= radius * radius * 1.0001 + self.side * self.side * 1e-13
+                {
                     open.push((child, low, half));
                 }
             }

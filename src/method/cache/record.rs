@@ -21,7 +21,8 @@ pub struct CacheRecord {
     pub axis: Vec3,
     /// Reach in the fill along `axis` and across it, scene units.
     pub radius: [f32; 2],
-    /// Distance to other surfaces after neighbour clamping, scene units (0 where the mode does without).
+    /// Distance to other surfaces after neighbour clamping, scene units (0 where the mode does
+    /// without).
     pub clearance: f32,
     /// Least radius: the pixel footprint's share, scene units.
     pub floor: f32,
@@ -32,12 +33,14 @@ pub struct CacheRecord {
 }
 
 impl CacheRecord {
-    /// Extrapolated to a point and a normal; every channel between the record's own value over `limit` and times `limit`.
+    /// Extrapolated to a point and a normal; every channel between the record's own value over
+    /// `limit` and times `limit`.
     pub fn extrapolate(&self, p: Vec3, n: Vec3, limit: f32) -> Rgb {
         let (turn, step) = (self.n.cross(n), p - self.p);
         let channel = |c: usize| {
             let e = self.irradiance[c];
-            let value = e + turn.dot(self.gradient_rotation[c]) + step.dot(self.gradient_translation[c]);
+            let value =
+                e + turn.dot(self.gradient_rotation[c]) + step.dot(self.gradient_translation[c]);
             value.min(e * limit).max(e / limit).max(0.0)
         };
         Rgb::new(channel(0), channel(1), channel(2))

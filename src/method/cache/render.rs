@@ -19,18 +19,37 @@ use crate::shading::World;
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
-pub fn fill_and_interpolate(world: &World, settings: &CacheSettings, stage: &Stage, cache: &mut Cache, seed: u64, run: &Run) -> Result<Vec<Rgb>> {
+pub fn fill_and_interpolate(
+    world: &World,
+    settings: &CacheSettings,
+    stage: &Stage,
+    cache: &mut Cache,
+    seed: u64,
+    run: &Run,
+) -> Result<Vec<Rgb>> {
     cache.fill(world, stage.proxy(), &stage.samples, settings.rays, seed, run)?;
     let points = &stage.samples.points;
     let blended = interpolate(world, cache, points, settings, run)?;
     // Few or none: points that no record reaches, measured by themselves.
     let own = |i: usize| {
         let (p, ng, ns) = (points.p[i], points.ng[i], points.ns[i]);
-        let measured = measure(world, stage.proxy(), p, ng, ns, settings.rays, Derivatives::None, seed, i as u64);
+        let measured = measure(
+            world,
+            stage.proxy(),
+            p,
+            ng,
+            ns,
+            settings.rays,
+            Derivatives::None,
+            seed,
+            i as u64,
+        );
         run.rays.add(RayKind::Sample, u64::from(measured.rays));
         measured.irradiance
     };
-    let whole = run.install(|| blended.par_iter().enumerate().map(|(i, e)| e.unwrap_or_else(|| own(i))).collect());
+    let whole = run.install(|| {
+        blended.par_iter().enumerate().map(|(i, e)| e.unwrap_or_else(|| own(i))).collect()
+    });
     run.check()?;
     Ok(whole)
 }
@@ -46,11 +65,18 @@ fn locations(cache: &Cache) -> Locations {
     }
 }
 
-/// The picture by irradiance caching, with layer `location` beside the common ones, and the cache. `earlier`: a cache to extend.
+/// The picture by irradiance caching, with layer `location` beside the common ones, and the cache.
+/// `earlier`: a cache to extend.
 ///
 /// # Errors
 /// As [`Stage::new`]; settings out of range.
-pub fn render(world: &World, settings: &CacheSettings, inputs: Inputs<'_>, earlier: Option<Vec<super::CacheRecord>>, run: &Run) -> Result<(Rendered, Cache)> {
+pub fn render(
+    world: &World,
+    settings: &CacheSettings,
+    inputs: Inputs<'_>,
+    earlier: Option<Vec<super::CacheRecord>>,
+    run: &Run,
+) -> Result<(Rendered, Cache)> {
     settings.validate()?;
     let stage = Stage::new(world, inputs, run)?;
     let samples = &stage.samples;

@@ -1,7 +1,7 @@
 //! Knobs of the irradiance cache.
 //!
-//! `error` is the one for quality. Its meaning belongs to the mode; 0.1 is a good picture in all of them, and half of it about doubles the
-//! records (`hessian`) or quadruples them (the others):
+//! `error` is the one for quality. Its meaning belongs to the mode; 0.1 is a good picture in all of
+//! them, and half of it about doubles the records (`hessian`) or quadruples them (the others):
 //!
 //! | Mode | Reach of a record |
 //! |---|---|
@@ -56,13 +56,16 @@ pub struct CacheSettings {
     pub max_spacing: f32,
     /// Greatest reach of a record, share of the scene's diagonal.
     pub max_radius: f32,
-    /// Greatest reach of a record in smallest distances, neighbours clamping one another, at `error` 0.1 (`hessian`); infinite for no limit.
+    /// Greatest reach of a record in smallest distances, neighbours clamping one another, at
+    /// `error` 0.1 (`hessian`); infinite for no limit.
     pub clearance: f32,
     /// Largest ratio of the axes of a record's ellipse, at least 1.
     pub aspect: f32,
-    /// Largest angle between the normals of a record and of a point, degrees; shrinks with `error` below 0.1.
+    /// Largest angle between the normals of a record and of a point, degrees; shrinks with `error`
+    /// below 0.1.
     pub angle: f32,
-    /// Largest distance of a point from the plane midway between its own and the record's, share of the shorter radius (`hessian`).
+    /// Largest distance of a point from the plane midway between its own and the record's, share of
+    /// the shorter radius (`hessian`).
     pub plane: f32,
     /// Reach in the final pass, times that of the fill: at least 1, overlaps records.
     pub reach: f32,
@@ -97,16 +100,38 @@ impl CacheSettings {
     /// # Errors
     /// [`Error::Setting`] for values out of range.
     pub fn validate(&self) -> Result<()> {
-        let range = |key: &str, ok: bool, allowed: &str| if ok { Ok(()) } else { Err(Error::setting(format!("cache.{key}"), allowed)) };
+        let range = |key: &str, ok: bool, allowed: &str| {
+            if ok { Ok(()) } else { Err(Error::setting(format!("cache.{key}"), allowed)) }
+        };
         let positive = |v: f32| v.is_finite() && v > 0.0;
         range("rays", (1..=1 << 20).contains(&self.rays), "must be in 1..=1048576")?;
-        range("error", positive(self.error) && (1e-6..=1e3).contains(&self.error), "must be in 1e-6..=1000")?;
-        range("min_spacing", self.min_spacing.is_finite() && self.min_spacing >= 0.01, "must be finite and at least 0.01 pixels")?;
-        range("max_spacing", self.max_spacing >= self.min_spacing, "must be at least cache.min_spacing; \"inf\" for no limit")?;
-        range("max_radius", positive(self.max_radius) && self.max_radius <= 1.0, "must be above 0 and at most 1")?;
+        range(
+            "error",
+            positive(self.error) && (1e-6..=1e3).contains(&self.error),
+            "must be in 1e-6..=1000",
+        )?;
+        range(
+            "min_spacing",
+            self.min_spacing.is_finite() && self.min_spacing >= 0.01,
+            "must be finite and at least 0.01 pixels",
+        )?;
+        range(
+            "max_spacing",
+            self.max_spacing >= self.min_spacing,
+            "must be at least cache.min_spacing; \"inf\" for no limit",
+        )?;
+        range(
+            "max_radius",
+            positive(self.max_radius) && self.max_radius <= 1.0,
+            "must be above 0 and at most 1",
+        )?;
         range("clearance", self.clearance > 0.0, "must be above 0; inf for no limit")?;
         range("aspect", (1.0..=100.0).contains(&self.aspect), "must be in 1..=100")?;
-        range("angle", positive(self.angle) && self.angle <= 60.0, "must be above 0 and at most 60 degrees")?;
+        range(
+            "angle",
+            positive(self.angle) && self.angle <= 60.0,
+            "must be above 0 and at most 60 degrees",
+        )?;
         range("plane", positive(self.plane) && self.plane <= 1.0, "must be above 0 and at most 1")?;
         range("reach", (1.0..=4.0).contains(&self.reach), "must be in 1..=4")?;
         range("extrapolation", self.extrapolation > 1.0, "must be above 1; \"inf\" for no limit")
@@ -119,10 +144,20 @@ mod tests {
 
     #[test]
     fn names_and_ranges() {
-        let s: CacheSettings = toml::from_str("mode = \"production-2006\"\nallocation = \"area\"").unwrap();
+        let s: CacheSettings =
+            toml::from_str("mode = \"production-2006\"\nallocation = \"area\"").unwrap();
         assert_eq!((s.mode, s.allocation, s.rays), (Mode::Production2006, Allocation::Area, 512));
-        for bad in ["error = 0.0", "rays = 0", "reach = 0.5", "aspect = 0.9", "angle = 90.0", "extrapolation = 1.0", "max_spacing = 1.0"] {
-            let error = toml::from_str::<CacheSettings>(bad).unwrap().validate().unwrap_err().to_string();
+        for bad in [
+            "error = 0.0",
+            "rays = 0",
+            "reach = 0.5",
+            "aspect = 0.9",
+            "angle = 90.0",
+            "extrapolation = 1.0",
+            "max_spacing = 1.0",
+        ] {
+            let error =
+                toml::from_str::<CacheSettings>(bad).unwrap().validate().unwrap_err().to_string();
             assert!(error.contains(bad.split(' ').next().unwrap()), "{error}");
         }
         assert!(CacheSettings::default().validate().is_ok());

@@ -1,10 +1,12 @@
-//! Records in a file: one binary little-endian PLY, element `vertex`, every number under its name; viewers show it as coloured points.
+//! Records in a file: one binary little-endian PLY, element `vertex`, every number under its name;
+//! viewers show it as coloured points.
 //!
 //! ```text
 //! comment nearfar irradiance cache 2          and the rest of a crate::method::key
 //! ```
-//! A file of another scene, of other settings or of another version is refused, with the first difference named; so are files that are cut
-//! short or hold numbers that are no record. Floats are stored as they are: what is loaded is bit for bit what was saved.
+//! A file of another scene, of other settings or of another version is refused, with the first
+//! difference named; so are files that are cut short or hold numbers that are no record. Floats are
+//! stored as they are: what is loaded is bit for bit what was saved.
 
 use std::path::Path;
 
@@ -135,7 +137,11 @@ impl Row {
             corral: row.corral,
             standard_error: row.standard_error,
         };
-        let gradients = record.gradient_rotation.iter().chain(&record.gradient_translation).all(|g| g.is_finite());
+        let gradients = record
+            .gradient_rotation
+            .iter()
+            .chain(&record.gradient_translation)
+            .all(|g| g.is_finite());
         let unit = |v: Vec3| (v.length() - 1.0).abs() < 1e-3;
         let positive = |v: f32| v.is_finite() && v > 0.0;
         let ok = record.p.is_finite()
@@ -153,7 +159,8 @@ impl Row {
     }
 }
 
-/// What a file of records belongs to: a scene, its proxy and the cache's settings; those of the final pass are left out.
+/// What a file of records belongs to: a scene, its proxy and the cache's settings; those of the
+/// final pass are left out.
 pub fn key(scene: Fingerprint, inputs: &Inputs<'_>, settings: &CacheSettings) -> Key {
     Key::new("irradiance cache", VERSION, scene)
         .with("cache", settings, &["reach", "extrapolation"])
@@ -177,6 +184,14 @@ pub fn save(path: &Path, key: &Key, records: &[CacheRecord]) -> Result<()> {
 /// [`Error::Input`] for files of something else, cut short, or with numbers that are no record.
 pub fn load(path: &Path, key: &Key) -> Result<Vec<CacheRecord>> {
     let rows: Vec<Row> = ply::read(path, |comments| key.difference(comments))?;
-    let bad = |i: usize| Error::input(path, None, format!("record {i} is damaged: a number is not finite or out of range; render without --load-cache"));
+    let bad = |i: usize| {
+        Error::input(
+            path,
+            None,
+            format!(
+                "record {i} is damaged: a number is not finite or out of range; render without --load-cache"
+            ),
+        )
+    };
     rows.iter().enumerate().map(|(i, row)| row.record().ok_or_else(|| bad(i))).collect()
 }

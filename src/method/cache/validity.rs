@@ -6,11 +6,13 @@
 //! | `production-2006` | κ R, R = min(smallest distance, E / abs g_c), clamped by neighbours | 1 − max(d / r, √(1 − n·n_i) / √(1 − cos angle)) |
 //! | `split-sphere` | a R, R harmonic mean distance | 1 / (d / R + √(1 − n·n_i)) − 1 / a |
 //!
-//! All radii lie in \[`min_spacing`, `max_spacing`\] pixel footprints of the record. Records in front of the point, (p − p_i)·(n + n_i)/2 < 0
-//! by more than a twentieth of the radius, are left out `[Ward88]`, softly. Sources: `[Schwarzhaupt12]` as in Radiance, `[Tabellion04]`, `[Ward88]`.
-//! Corral: where something low stands within the radius in the azimuth of the point, one test ray from the record, 20° above its plane
-//! towards the point, must be free.
-//! Guarantees  weights are continuous and zero at the border, except for the shadow of the test ray.
+//! All radii lie in \[`min_spacing`, `max_spacing`\] pixel footprints of the record. Records in
+//! front of the point, (p − p_i)·(n + n_i)/2 < 0 by more than a twentieth of the radius, are left
+//! out `[Ward88]`, softly. Sources: `[Schwarzhaupt12]` as in Radiance, `[Tabellion04]`, `[Ward88]`.
+//! Corral: where something low stands within the radius in the azimuth of the point, one test ray
+//! from the record, 20° above its plane towards the point, must be free.
+//! Guarantees  weights are continuous and zero at the border, except for the shadow of the test
+//!             ray.
 
 use glam::Vec3;
 
@@ -116,7 +118,11 @@ impl Rule {
                 }
             }
             Mode::Production2006 | Mode::SplitSphere => {
-                let mut distance = if self.mode == Mode::SplitSphere { measured.distance_harmonic } else { measured.distance_min };
+                let mut distance = if self.mode == Mode::SplitSphere {
+                    measured.distance_harmonic
+                } else {
+                    measured.distance_min
+                };
                 for c in 0..3 {
                     let slope = record.gradient_translation[c].length();
                     if record.irradiance[c] > 0.0 && slope > 0.0 {
@@ -129,7 +135,9 @@ impl Rule {
         }
         if self.leak_guard {
             let reach = record.radius_max();
-            record.corral = (0..SECTORS).filter(|&k| measured.low_occluder[k] < 2.0 * reach).fold(0, |mask, k| mask | 1 << k);
+            record.corral = (0..SECTORS)
+                .filter(|&k| measured.low_occluder[k] < 2.0 * reach)
+                .fold(0, |mask, k| mask | 1 << k);
         }
         record
     }
@@ -139,7 +147,8 @@ impl Rule {
         let wanted = self.kappa * record.clearance;
         record.radius = [wanted.max(record.floor); 2];
         if wanted < record.floor {
-            record.gradient_translation = record.gradient_translation.map(|g| g * (wanted / record.floor));
+            record.gradient_translation =
+                record.gradient_translation.map(|g| g * (wanted / record.floor));
         }
     }
 
@@ -149,7 +158,8 @@ impl Rule {
         record.radius = record.radius.map(|r| r.min(longest));
     }
 
-    /// Lowers the clearance to `bound` if it is above; gradients that the floor had damped stay damped as much as the new clearance asks.
+    /// Lowers the clearance to `bound` if it is above; gradients that the floor had damped stay
+    /// damped as much as the new clearance asks.
     pub fn clamp(&self, record: &mut CacheRecord, bound: f32) {
         if bound < record.clearance {
             if self.mode == Mode::Hessian {
@@ -163,7 +173,13 @@ impl Rule {
         }
     }
 
-    fn ellipse(&self, record: &mut CacheRecord, measured: &Measured, [low, high]: [f32; 2], footprint: f32) {
+    fn ellipse(
+        &self,
+        record: &mut CacheRecord,
+        measured: &Measured,
+        [low, high]: [f32; 2],
+        footprint: f32,
+    ) {
         let area = match self.allocation {
             Allocation::Pixel => self.pixels * footprint * footprint,
             Allocation::Area => self.diagonal * self.diagonal,
@@ -171,35 +187,50 @@ impl Rule {
         let epsilon = (0.003 * self.scale * self.scale).powi(2);
         let across = record.n.cross(record.axis);
         let mean = record.irradiance.element_sum().max(f32::MIN_POSITIVE);
-        let gradient = (record.gradient_translation[0] + record.gradient_translation[1] + record.gradient_translation[2]) / mean;
+        let gradient = (record.gradient_translation[0]
+            + record.gradient_translation[1]
+            + record.gradient_translation[2])
+            / mean;
         let radius = |curvature: f32, axis: Vec3| {
-            let r = (4.0 * epsilon * area / (std::f32::consts::PI * curvature.max(f32::MIN_POSITIVE))).sqrt().sqrt();
+            let r = (4.0 * epsilon * area
+                / (std::f32::consts::PI * curvature.max(f32::MIN_POSITIVE)))
+            .sqrt()
+            .sqrt();
             let slope = gradient.dot(axis).abs();
             if slope * r > 1.0 { 1.0 / slope } else { r }
         };
-        let mut wanted = [radius(measured.curvature[0], record.axis), radius(measured.curvature[1], across)];
+        let mut wanted =
+            [radius(measured.curvature[0], record.axis), radius(measured.curvature[1], across)];
         let longest = self.aspect * wanted[0].min(wanted[1]);
         wanted = wanted.map(|r| r.min(longest).min(high));
         // A slope measured for less than the floor is none to follow over all of it.
         let damp = wanted.map(|r| (r / low).min(1.0));
         let along = [record.axis, across];
-        record.gradient_translation = record.gradient_translation.map(|g| along[0] * (g.dot(along[0]) * damp[0]) + along[1] * (g.dot(along[1]) * damp[1]));
+        record.gradient_translation = record.gradient_translation.map(|g| {
+            along[0] * (g.dot(along[0]) * damp[0]) + along[1] * (g.dot(along[1]) * damp[1])
+        });
         let r = wanted.map(|r| r.max(low));
         record.radius = if r.iter().all(|r| r.is_finite()) { r } else { [low; 2] };
     }
 
-    /// Weight of a record for a point, without the test ray. `reach` 1 in the fill, more in the final pass.
+    /// Weight of a record for a point, without the test ray. `reach` 1 in the fill, more in the
+    /// final pass.
     pub fn weight(&self, record: &CacheRecord, p: Vec3, n: Vec3, reach: f32) -> f32 {
         let offset = p - record.p;
         let [r0, r1] = record.radius;
         let turned = (1.0 - record.n.dot(n)).max(0.0);
         let lift = offset.dot(record.n + n) * 0.5;
         if self.mode == Mode::Hessian {
-            let (x, y) = (offset.dot(record.axis) / r0, offset.dot(record.n.cross(record.axis)) / r1);
+            let (x, y) =
+                (offset.dot(record.axis) / r0, offset.dot(record.n.cross(record.axis)) / r1);
             let ellipse = 1.0 - (x * x + y * y).sqrt() / reach;
             let angle = 1.0 - (2.0 * turned).sqrt() / (self.chord * reach);
             let plane = 1.0 - lift.abs() / (self.plane * r0.min(r1) * reach);
-            return if ellipse > 0.0 && angle > 0.0 && plane > 0.0 { ellipse * angle * plane } else { 0.0 };
+            return if ellipse > 0.0 && angle > 0.0 && plane > 0.0 {
+                ellipse * angle * plane
+            } else {
+                0.0
+            };
         }
         let front = (2.0 + lift / (FRONT * r0)).clamp(0.0, 1.0);
         let distance = offset.length() / r0;
@@ -230,7 +261,12 @@ impl Rule {
             return false;
         }
         *rays += 1;
-        let ray = Ray { origin: record.p, t_min: 0.0, dir: offset + record.n * (TEST_RAY_SLOPE * distance), t_max: 1.0 };
+        let ray = Ray {
+            origin: record.p,
+            t_min: 0.0,
+            dir: offset + record.n * (TEST_RAY_SLOPE * distance),
+            t_max: 1.0,
+        };
         world.rays.occluded(&ray)
     }
 
@@ -285,7 +321,10 @@ mod tests {
             assert!(steps[last] < 0.01 * steps[0], "{mode:?}: jumps from {} to zero", steps[last]);
             // Turning the normal away ends it as well, and a smaller reach never gives more.
             assert_eq!(rule.weight(&record, Vec3::ZERO, Vec3::X, 1.0), 0.0, "{mode:?}");
-            assert!(rule.weight(&record, Vec3::X * (0.5 * border), Vec3::Z, 1.5) >= along(0.5), "{mode:?}");
+            assert!(
+                rule.weight(&record, Vec3::X * (0.5 * border), Vec3::Z, 1.5) >= along(0.5),
+                "{mode:?}"
+            );
         }
     }
 
@@ -308,15 +347,26 @@ mod tests {
         let long = made(&free, &measured(1.0, [1.0, 1e-6], 0.0)).radius;
         assert!(long[1] <= settings.aspect * long[0] * 1.0001 && long[1] > long[0]);
         let steep = made(&free, &measured(1.0, [0.1, 0.1], 40.0));
-        assert!((steep.radius[0] - 0.05).abs() < 1e-6 && r > 0.05 && steep.radius[1] > steep.radius[0], "only along the slope");
+        assert!(
+            (steep.radius[0] - 0.05).abs() < 1e-6 && r > 0.05 && steep.radius[1] > steep.radius[0],
+            "only along the slope"
+        );
         for mode in MODES {
             let rule = rule(mode);
             let tiny = made(&rule, &measured(1e-9, [1e20, 1e20], 10.0));
             assert_eq!(tiny.radius, [tiny.floor; 2], "{mode:?}");
-            assert!(mode == Mode::SplitSphere || tiny.gradient_translation[0].length() < 1e-3, "{mode:?}: no slope over more than it was measured for");
+            assert!(
+                mode == Mode::SplitSphere || tiny.gradient_translation[0].length() < 1e-3,
+                "{mode:?}: no slope over more than it was measured for"
+            );
             let huge = made(&rule, &measured(1e9, [0.0, 0.0], 0.0));
-            let limit = (0.01 * CacheSettings::default().max_spacing).min(10.0 * CacheSettings::default().max_radius);
-            assert!(huge.radius[0] <= limit * 1.0001 && huge.radius[0] > 0.9 * limit, "{mode:?} {:?}", huge.radius);
+            let limit = (0.01 * CacheSettings::default().max_spacing)
+                .min(10.0 * CacheSettings::default().max_radius);
+            assert!(
+                huge.radius[0] <= limit * 1.0001 && huge.radius[0] > 0.9 * limit,
+                "{mode:?} {:?}",
+                huge.radius
+            );
         }
     }
 

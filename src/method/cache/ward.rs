@@ -1,15 +1,17 @@
-//! Translational irradiance gradients after Ward and Heckbert (1992), from the borders between strata.
+//! Translational irradiance gradients after Ward and Heckbert (1992), from the borders between
+//! strata.
 //!
 //! ```text
 //! g = Σ_k { u_k 2π/N Σ_{j≥1} sin θ_j⁻ cos² θ_j⁻ (L_jk − L_{j−1,k}) / min(r_jk, r_{j−1,k})
 //!         + v_k⁻ Σ_j (sin θ_j⁺ − sin θ_j⁻) (L_jk − L_{j,k−1}) / min(r_jk, r_{j,k−1}) }
 //! ```
-//! j rings from the pole, θ_j⁻ and θ_j⁺ the bounds of a ring; u_k the azimuth of a sector's middle, v_k⁻ the azimuth of its first bound
-//! turned by 90°. The border between two strata moves with the nearer of what they see.
-//! Input [`Hemisphere`]. Output  per channel, local, per unit length. Exactly zero for constant radiance: nothing
-//! moves at the geometric horizon.
-//! Not seen: borders between the strata at the zenith's own point, change at the horizon itself. Cost O(strata).
-//! The radial sum starts at the border between the first two rings (an implementation in wide use starts one ring too late).
+//! j rings from the pole, θ_j⁻ and θ_j⁺ the bounds of a ring; u_k the azimuth of a sector's middle,
+//! v_k⁻ the azimuth of its first bound turned by 90°. The border between two strata moves with the
+//! nearer of what they see. Input [`Hemisphere`]. Output  per channel, local, per unit length.
+//! Exactly zero for constant radiance: nothing moves at the geometric horizon. Not seen: borders
+//! between the strata at the zenith's own point, change at the horizon itself. Cost O(strata). The
+//! radial sum starts at the border between the first two rings (an implementation in wide use
+//! starts one ring too late).
 
 use glam::Vec3;
 
@@ -38,7 +40,11 @@ pub fn gradient_translation(hemisphere: &Hemisphere) -> [Vec3; 3] {
                 }
             };
             if j > 0 {
-                add(here - sectors, std::f32::consts::TAU / sectors as f32 * sin_in * (1.0 - sin_in * sin_in), u);
+                add(
+                    here - sectors,
+                    std::f32::consts::TAU / sectors as f32 * sin_in * (1.0 - sin_in * sin_in),
+                    u,
+                );
             }
             add(j * sectors + before, sin_out - sin_in, v);
         }

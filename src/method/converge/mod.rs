@@ -7,25 +7,36 @@
 //! w_X,j = b² / (b² + s_X σ²),   b² = (Σ D_X0,j D_X1,j − 3 √(K Σ σ⁴))₊,   σ² = Σ (D_X0,j − D_X1,j)² / 4
 //!                                              Σ: over the picture, by relative error; K pixels are joined by the bands below
 //! ```
-//! Method     b² is what the model lacks in a band, σ² the noise of X there, both from X alone; the weight is used on the other half. So a
-//!            firefly neither chooses its own weight nor is clamped. The subtracted term is what noise alone would bring to b². One weight
-//!            serves a whole band: coarse bands, where noise averages out, are repaired after few samples. Local weights were tried: two
-//!            quarters that both missed the light agree, and the Cornell box had 20 times the model's error after 4 spp.
-//! Certificate  Δ_X = (X0 − X1) / 2 has the noise of X, and F_X Δ_X, the same weighted sum of its bands, that of the share of O, so that
-//!            mean (O − A)(O − B) + s_A Δ_A F_B Δ_A + s_B Δ_B F_A Δ_B   estimates (O − T)² for the truth T (the covariance of O with A, B added
-//!            back); noise = (s_A F_B Δ_A)² + (s_B F_A Δ_B)²; M alone (M − A)(M − B); samples alone s_A s_B (A − B)².
-//! Source     James, Stein (1961) and Wiener's filter for the weight; Stein's unbiased risk estimate for the certificate.
-//! Input      the model's film with layers `""`, `albedo`, `N`, `P`; a closure that grows a half to so many samples a pixel (methods do not
-//!            import each other). Output  the model's film with another beauty and layer `samples`, figures in header and statistics.
-//! Guarantees weight `one`: the mean of the samples, unbiased whatever the model; `shrink`: consistent, for w → 1 wherever b > 0. The same
-//!            bits for any thread count unless the clock stops it. Fewer than two samples in a quarter pair: the model itself.
-//! Not        layers other than the beauty stay the model's. The certificate neglects how w_X depends on X: a little low; of a few samples
-//!            it is itself noisy. Pixels may be slightly negative.
-//! Measured   relMSE (two-half ground truth). Cornell box 256², 4, 16, 64, 256 spp: 0.0006, 0.0006, 0.0006, 0.0007 (certified 0.0018, 0.0011,
-//!            0.0003, 0.0007); path tracing alone 0.27, 0.055, 0.011, 0.0015; model alone 0.0006. veach_ajar 320×180, 8 and 64 spp: 0.0048
-//!            both (certified 0.00, 0.003); path tracing alone 15.6, 2.1; model alone 0.0048.
-//! Known gap  where single samples carry the light (veach_ajar) the certificate of few samples says little.
-//! Cost       the samples, and 4 · levels smoothings of 25 taps at the end (and with `target_error` whenever samples have grown by half).
+//! Method     b² is what the model lacks in a band, σ² the noise of X there, both from X alone; the
+//!            weight is used on the other half. So a firefly neither chooses its own weight nor is
+//!            clamped. The subtracted term is what noise alone would bring to b². One weight serves
+//!            a whole band: coarse bands, where noise averages out, are repaired after few samples.
+//!            Local weights were tried: two quarters that both missed the light agree, and the
+//!            Cornell box had 20 times the model's error after 4 spp.
+//! Certificate  Δ_X = (X0 − X1) / 2 has the noise of X, and F_X Δ_X, the same weighted sum of its
+//!              bands, that of the share of O, so that mean (O − A)(O − B) + s_A Δ_A F_B Δ_A + s_B
+//!              Δ_B F_A Δ_B   estimates (O − T)² for the truth T (the covariance of O with A, B
+//!              added back); noise = (s_A F_B Δ_A)² + (s_B F_A Δ_B)²; M alone (M − A)(M − B);
+//!              samples alone s_A s_B (A − B)².
+//! Source     James, Stein (1961) and Wiener's filter for the weight; Stein's unbiased risk
+//!            estimate for the certificate.
+//! Input      the model's film with layers `""`, `albedo`, `N`, `P`; a closure that grows a half to
+//!            so many samples a pixel (methods do not import each other). Output  the model's film
+//!            with another beauty and layer `samples`, figures in header and statistics. Guarantees
+//!            weight `one`: the mean of the samples, unbiased whatever the model; `shrink`:
+//!            consistent, for w → 1 wherever b > 0. The same bits for any thread count unless the
+//!            clock stops it. Fewer than two samples in a quarter pair: the model itself.
+//! Not        layers other than the beauty stay the model's. The certificate neglects how w_X
+//!            depends on X: a little low; of a few samples it is itself noisy. Pixels may be
+//!            slightly negative.
+//! Measured   relMSE (two-half ground truth). Cornell box 256², 4, 16, 64, 256 spp: 0.0006, 0.0006,
+//!            0.0006, 0.0007 (certified 0.0018, 0.0011, 0.0003, 0.0007); path tracing alone 0.27,
+//!            0.055, 0.011, 0.0015; model alone 0.0006. veach_ajar 320×180, 8 and 64 spp: 0.0048
+//!            both (certified 0.00, 0.003); path tracing alone 15.6, 2.1; model alone 0.0048. Known
+//!            gap  where single samples carry the light (veach_ajar) the certificate of few samples
+//!            says little.
+//! Cost       the samples, and 4 · levels smoothings of 25 taps at the end (and with `target_error`
+//!            whenever samples have grown by half).
 //! Knobs      [`ConvergeSettings`].
 
 mod pyramid;
@@ -77,13 +88,19 @@ impl ConvergeSettings {
     /// [`Error::Setting`] for values out of range.
     pub fn validate(&self) -> Result<()> {
         if self.spp < 4 {
-            return Err(Error::setting("converge.spp", "must be at least 4: two samples in each of two halves"));
+            return Err(Error::setting(
+                "converge.spp",
+                "must be at least 4: two samples in each of two halves",
+            ));
         }
         if !(1..=10).contains(&self.levels) {
             return Err(Error::setting("converge.levels", "must be 1 to 10"));
         }
         if self.target_error.is_nan() || self.target_error < 0.0 {
-            return Err(Error::setting("converge.target_error", "must be a relMSE ≥ 0; 0 switches it off"));
+            return Err(Error::setting(
+                "converge.target_error",
+                "must be a relMSE ≥ 0; 0 switches it off",
+            ));
         }
         Ok(())
     }
@@ -94,14 +111,22 @@ const MAX_PASS: u32 = 32;
 /// Growth of the samples between two certificates.
 const AGAIN: f64 = 1.5;
 
-/// Grows half 0 or 1 (an earlier film of it, if any) to so many samples a pixel; stops early at the run's deadline or when cancelled.
+/// Grows half 0 or 1 (an earlier film of it, if any) to so many samples a pixel; stops early at the
+/// run's deadline or when cancelled.
 pub type Sampler<'a> = dyn FnMut(usize, Option<&Film>, u32) -> Result<Film> + 'a;
 
-/// The model's picture, brought towards the truth by samples until their number, the certified error, the deadline or cancelling stops it.
+/// The model's picture, brought towards the truth by samples until their number, the certified
+/// error, the deadline or cancelling stops it.
 ///
 /// # Errors
-/// Settings out of range, layers that the model lacks, errors of `sample` other than [`Error::Interrupted`].
-pub fn render(model: Rendered, settings: &ConvergeSettings, sample: &mut Sampler<'_>, run: &Run) -> Result<Rendered> {
+/// Settings out of range, layers that the model lacks, errors of `sample` other than
+/// [`Error::Interrupted`].
+pub fn render(
+    model: Rendered,
+    settings: &ConvergeSettings,
+    sample: &mut Sampler<'_>,
+    run: &Run,
+) -> Result<Rendered> {
     settings.validate()?;
     let late = || run.cancelled() || run.deadline.is_some_and(|d| Instant::now() >= d);
     let mut halves: [Option<Film>; 2] = [None, None];
@@ -117,10 +142,15 @@ pub fn render(model: Rendered, settings: &ConvergeSettings, sample: &mut Sampler
             }
         }
         done = next;
-        if settings.target_error > 0.0 && !late() && f64::from(done) >= AGAIN * f64::from(checked) && done >= 4 {
+        if settings.target_error > 0.0
+            && !late()
+            && f64::from(done) >= AGAIN * f64::from(checked)
+            && done >= 4
+        {
             checked = done;
             if let Some(films) = usable(&halves)
-                && run.install(|| combine(&model.film, films, settings))?.1.relmse < settings.target_error
+                && run.install(|| combine(&model.film, films, settings))?.1.relmse
+                    < settings.target_error
             {
                 break;
             }
@@ -141,7 +171,13 @@ pub fn render(model: Rendered, settings: &ConvergeSettings, sample: &mut Sampler
     film.header.insert("nearfar.converge.spp".into(), spp.to_string());
     stats.insert("converge_spp".into(), spp.into());
     if let Some(c) = certificate {
-        for (name, value) in [("relmse", c.relmse), ("bias", c.bias), ("noise", c.noise), ("model", c.model), ("path", c.path)] {
+        for (name, value) in [
+            ("relmse", c.relmse),
+            ("bias", c.bias),
+            ("noise", c.noise),
+            ("model", c.model),
+            ("path", c.path),
+        ] {
             film.header.insert(format!("nearfar.converge.{name}"), format!("{value:e}"));
             stats.insert(format!("converge_{name}"), value.into());
         }
@@ -151,7 +187,8 @@ pub fn render(model: Rendered, settings: &ConvergeSettings, sample: &mut Sampler
 
 /// Both halves, once every pixel has both quarters of each.
 fn usable(halves: &[Option<Film>; 2]) -> Option<[&Film; 2]> {
-    let enough = |film: &&Film| film.channels.get("samples").is_some_and(|s| s.iter().all(|&n| n >= 2.0));
+    let enough =
+        |film: &&Film| film.channels.get("samples").is_some_and(|s| s.iter().all(|&n| n >= 2.0));
     Some([halves[0].as_ref().filter(enough)?, halves[1].as_ref().filter(enough)?])
 }
 
@@ -162,13 +199,19 @@ mod tests {
 
     #[test]
     fn weights_follow_signal_and_noise() {
-        assert_eq!((wiener(3.0, 1.0), wiener(-3.0, 1.0), wiener(2.0, 0.0), wiener(0.0, 0.0)), (0.75, 0.0, 1.0, 1.0));
+        assert_eq!(
+            (wiener(3.0, 1.0), wiener(-3.0, 1.0), wiener(2.0, 0.0), wiener(0.0, 0.0)),
+            (0.75, 0.0, 1.0, 1.0)
+        );
     }
 
     #[test]
     fn settings_are_checked() {
         assert!(ConvergeSettings::default().validate().is_ok());
-        for bad in [ConvergeSettings { spp: 3, ..ConvergeSettings::default() }, ConvergeSettings { levels: 11, ..ConvergeSettings::default() }] {
+        for bad in [
+            ConvergeSettings { spp: 3, ..ConvergeSettings::default() },
+            ConvergeSettings { levels: 11, ..ConvergeSettings::default() },
+        ] {
             assert!(bad.validate().is_err());
         }
     }

@@ -5,7 +5,8 @@
 //! D   = Σ_{j<J} (D_j − D_{j+1}) + D_J
 //! g   = max(0, n·n')^16 · max(0, 1 − (16 h)² / |p − p'|²)                                         h: larger distance from the other's plane
 //! ```
-//! The sum telescopes, so it gives D back whatever g is. Where nothing is seen, g joins background to background alone.
+//! The sum telescopes, so it gives D back whatever g is. Where nothing is seen, g joins background
+//! to background alone.
 //!
 //! Cost  25 taps a pixel and level.
 
@@ -65,7 +66,12 @@ impl Guide {
     }
 
     /// Visits the `levels` bands from fine to coarse, then what remains, with their number.
-    pub fn bands<const N: usize>(&self, mut values: Vec<[f32; N]>, levels: u32, mut visit: impl FnMut(u32, &[[f32; N]])) {
+    pub fn bands<const N: usize>(
+        &self,
+        mut values: Vec<[f32; N]>,
+        levels: u32,
+        mut visit: impl FnMut(u32, &[[f32; N]]),
+    ) {
         for level in 0..levels {
             let coarse = self.smooth(&values, 1 << level);
             for (fine, coarse) in values.iter_mut().zip(&coarse) {
@@ -94,12 +100,17 @@ mod tests {
             (x, y) if x < 8 => Vec3::new(x as f32, y as f32, 0.0),
             (x, y) => Vec3::new(8.0, y as f32, x as f32 - 8.0),
         };
-        Guide { width: 16, normal: (0..256).map(normal).collect(), position: (0..256).map(position).collect() }
+        Guide {
+            width: 16,
+            normal: (0..256).map(normal).collect(),
+            position: (0..256).map(position).collect(),
+        }
     }
 
     #[test]
     fn the_bands_sum_to_the_image() {
-        let values: Vec<[f32; 2]> = (0..256).map(|i| [(i as f32 * 0.7).sin() * 5.0, (i % 13) as f32]).collect();
+        let values: Vec<[f32; 2]> =
+            (0..256).map(|i| [(i as f32 * 0.7).sin() * 5.0, (i % 13) as f32]).collect();
         let (mut sum, mut seen) = (vec![[0.0f32; 2]; 256], 0);
         guide().bands(values.clone(), 5, |_, band| {
             seen += 1;

@@ -1,4 +1,5 @@
-//! From a model and two independent halves to the picture and its certificate; the equations are on the module's page.
+//! From a model and two independent halves to the picture and its certificate; the equations are on
+//! the module's page.
 
 use glam::Vec3;
 
@@ -33,13 +34,19 @@ fn layer(film: &Film, name: &str) -> Result<Vec<Rgb>> {
 }
 
 fn vectors(film: &Film, name: &str) -> Result<Vec<Vec3>> {
-    let channel = |axis: &str| film.channels.get(&format!("{name}.{axis}")).ok_or_else(|| Error::Render(format!("converge: the model has no layer {name}")));
+    let channel = |axis: &str| {
+        film.channels
+            .get(&format!("{name}.{axis}"))
+            .ok_or_else(|| Error::Render(format!("converge: the model has no layer {name}")))
+    };
     let (x, y, z) = (channel("X")?, channel("Y")?, channel("Z")?);
     Ok(x.iter().zip(y).zip(z).map(|((&x, &y), &z)| Vec3::new(x, y, z)).collect())
 }
 
 fn mean_samples(film: &Film) -> f64 {
-    film.channels.get("samples").map_or(1.0, |s| s.iter().map(|&n| f64::from(n)).sum::<f64>() / s.len().max(1) as f64)
+    film.channels
+        .get("samples")
+        .map_or(1.0, |s| s.iter().map(|&n| f64::from(n)).sum::<f64>() / s.len().max(1) as f64)
 }
 
 /// b² / (b² + σ²), one where neither is known.
@@ -52,12 +59,28 @@ pub(super) fn wiener(signal: f32, noise: f32) -> f32 {
 ///
 /// # Errors
 /// [`Error::Render`] when the model lacks one of beauty, albedo, N, P, or a half its own halves.
-pub fn combine(model: &Film, halves: [&Film; 2], settings: &ConvergeSettings) -> Result<(Vec<Rgb>, Certificate)> {
+pub fn combine(
+    model: &Film,
+    halves: [&Film; 2],
+    settings: &ConvergeSettings,
+) -> Result<(Vec<Rgb>, Certificate)> {
     let base = layer(model, "")?;
     let albedo = layer(model, "albedo")?;
-    let guide = Guide { width: model.width as usize, normal: vectors(model, "N")?, position: vectors(model, "P")? };
-    let scale: Vec<Rgb> = albedo.iter().map(|a| Rgb::from_array(a.to_array().map(|a| if a > DARK { a } else { 1.0 }))).collect();
-    let quarters = [layer(halves[0], "half0")?, layer(halves[0], "half1")?, layer(halves[1], "half0")?, layer(halves[1], "half1")?];
+    let guide = Guide {
+        width: model.width as usize,
+        normal: vectors(model, "N")?,
+        position: vectors(model, "P")?,
+    };
+    let scale: Vec<Rgb> = albedo
+        .iter()
+        .map(|a| Rgb::from_array(a.to_array().map(|a| if a > DARK { a } else { 1.0 })))
+        .collect();
+    let quarters = [
+        layer(halves[0], "half0")?,
+        layer(halves[0], "half1")?,
+        layer(halves[1], "half0")?,
+        layer(halves[1], "half1")?,
+    ];
     let residual = |i: usize| {
         let mut out = [0.0f32; 12];
         for (q, quarter) in quarters.iter().enumerate() {
@@ -70,7 +93,9 @@ pub fn combine(model: &Film, halves: [&Film; 2], settings: &ConvergeSettings) ->
 
     let level = base.iter().map(|p| p.element_sum()).sum::<f32>() / (3.0 * base.len() as f32);
     // Relative error of the picture, in units of the demodulated residual.
-    let relative = |(p, s): (&Rgb, &Rgb)| s.length_squared() / (p.length_squared() + 0.03 * level * level).max(f32::MIN_POSITIVE);
+    let relative = |(p, s): (&Rgb, &Rgb)| {
+        s.length_squared() / (p.length_squared() + 0.03 * level * level).max(f32::MIN_POSITIVE)
+    };
     let norm: Vec<f32> = base.iter().zip(&scale).map(relative).collect();
     let mut kept = vec![[0.0f32; 12]; base.len()];
     guide.bands((0..base.len()).map(residual).collect(), settings.levels, |level, band| {
@@ -87,7 +112,9 @@ pub fn combine(model: &Film, halves: [&Film; 2], settings: &ConvergeSettings) ->
     });
     let picture: Vec<Rgb> = (0..base.len())
         .map(|i| {
-            let mean = |h: usize| (Rgb::from_slice(&kept[i][6 * h..]) + Rgb::from_slice(&kept[i][6 * h + 3..])) * 0.5;
+            let mean = |h: usize| {
+                (Rgb::from_slice(&kept[i][6 * h..]) + Rgb::from_slice(&kept[i][6 * h + 3..])) * 0.5
+            };
             base[i] + scale[i] * (mean(0) * share[0] + mean(1) * share[1])
         })
         .collect();
@@ -95,10 +122,12 @@ pub fn combine(model: &Film, halves: [&Film; 2], settings: &ConvergeSettings) ->
     Ok((picture, certificate))
 }
 
-/// The weight that each half finds for a band, from its own two quarters: one for the whole picture, by relative error.
+/// The weight that each half finds for a band, from its own two quarters: one for the whole
+/// picture, by relative error.
 ///
-/// Local weights would follow the model's faults more closely, but need local noise, which few samples do not tell: two quarters that both
-/// missed the light agree. Over the picture, S = Σ b₀b₁ counts only beyond what noise alone would bring.
+/// Local weights would follow the model's faults more closely, but need local noise, which few
+/// samples do not tell: two quarters that both missed the light agree. Over the picture, S = Σ b₀b₁
+/// counts only beyond what noise alone would bring.
 fn weights(band: &[[f32; 12]], norm: &[f32], level: u32, share: [f32; 2]) -> [f32; 2] {
     // Pixels that the bands below have already joined are no independent values.
     let joined = 4.0f64.powi(level as i32 + 1).min(band.len() as f64);
@@ -119,7 +148,14 @@ fn weights(band: &[[f32; 12]], norm: &[f32], level: u32, share: [f32; 2]) -> [f3
     })
 }
 
-fn certificate(picture: &[Rgb], base: &[Rgb], quarters: &[Vec<Rgb>; 4], kept: &[[f32; 12]], scale: &[Rgb], share: [f64; 2]) -> Certificate {
+fn certificate(
+    picture: &[Rgb],
+    base: &[Rgb],
+    quarters: &[Vec<Rgb>; 4],
+    kept: &[[f32; 12]],
+    scale: &[Rgb],
+    share: [f64; 2],
+) -> Certificate {
     let values = 3.0 * picture.len() as f64;
     let level = picture.iter().map(|p| f64::from(p.element_sum())).sum::<f64>() / values;
     let mut sums = [0.0f64; 4];
@@ -128,7 +164,11 @@ fn certificate(picture: &[Rgb], base: &[Rgb], quarters: &[Vec<Rgb>; 4], kept: &[
             let of = |v: &[Rgb]| f64::from(v[i][c]);
             let [a0, a1, b0, b1] = [0, 1, 2, 3].map(|q| of(&quarters[q]));
             let (o, m, a, b) = (of(picture), of(base), 0.5 * (a0 + a1), 0.5 * (b0 + b1));
-            let filtered = |h: usize| 0.5 * f64::from(scale[i][c]) * (f64::from(kept[i][6 * h + c]) - f64::from(kept[i][6 * h + 3 + c])) * share[h];
+            let filtered = |h: usize| {
+                0.5 * f64::from(scale[i][c])
+                    * (f64::from(kept[i][6 * h + c]) - f64::from(kept[i][6 * h + 3 + c]))
+                    * share[h]
+            };
             let (fa, fb) = (filtered(0), filtered(1));
             let norm = o * o + 0.01 * level * level;
             if norm > 0.0 {

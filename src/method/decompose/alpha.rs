@@ -1,20 +1,27 @@
-//! `alpha_mode = "adaptive"`: alpha, size and reach of a cluster follow the distance of what surrounds it.
+//! `alpha_mode = "adaptive"`: alpha, size and reach of a cluster follow the distance of what
+//! surrounds it.
 //!
 //! ```text
 //! α_c = 2^k α, k ∈ {1, 0, −1}: the largest with α_c ≤ κ R_c,   1 / R_c = mean over cosine rays from the members of 1 / t
 //! ```
-//! How fast the far field changes from place to place goes with the inverse of the distance to what is seen, so an open wall is served by few wide
-//! clusters and a corner by many narrow ones. Top down: clusters of twice the radius first; those with R_c too small are cut again at half
-//! the radius. Cluster radius and blend radius keep their ratio to α_c. A point's near part takes the blend of its clusters' α_c with the
-//! weights of the SH; the near part is a difference against that same SH, so any alpha keeps the sum whole.
+//! How fast the far field changes from place to place goes with the inverse of the distance to what
+//! is seen, so an open wall is served by few wide clusters and a corner by many narrow ones. Top
+//! down: clusters of twice the radius first; those with R_c too small are cut again at half the
+//! radius. Cluster radius and blend radius keep their ratio to α_c. A point's near part takes the
+//! blend of its clusters' α_c with the weights of the SH; the near part is a difference against
+//! that same SH, so any alpha keeps the sum whole.
 //!
-//! Measured, trimmed relMSE and CPU seconds, single → adaptive (κ 0.12; 0.25): Cornell 0.00038 in 2.6 s → 0.00045 in 2.6; 0.00047 in 2.2.
-//! nested-slats 0.00416 in 3.5 → 0.00414 in 3.7; 0.00418 in 3.5. veach_ajar 0.00451 in 1.95 → 0.00345 in 2.2; 0.00408 in 2.0. foliage 0.00256 in 3.0
-//! → 0.00252 in 3.3; 0.00252 in 3.2. It pays where rooms are large and their detail is small, and loses in a box: `single` is the default.
-//! Alpha alone, with clusters as they are, changes little: 1, 2, 4 and 8 % of the diagonal agree within 9 % on four scenes.
+//! Measured, trimmed relMSE and CPU seconds, single → adaptive (κ 0.12; 0.25): Cornell 0.00038 in
+//! 2.6 s → 0.00045 in 2.6; 0.00047 in 2.2. nested-slats 0.00416 in 3.5 → 0.00414 in 3.7; 0.00418 in
+//! 3.5. veach_ajar 0.00451 in 1.95 → 0.00345 in 2.2; 0.00408 in 2.0. foliage 0.00256 in 3.0 →
+//! 0.00252 in 3.3; 0.00252 in 3.2. It pays where rooms are large and their detail is small, and
+//! loses in a box: `single` is the default. Alpha alone, with clusters as they are, changes little:
+//! 1, 2, 4 and 8 % of the diagonal agree within 9 % on four scenes.
 //!
-//! Input   points and a choice of them. Output  [`Clusters`] with `scale` = α_c / α. Source  `[Ward88]` (harmonic mean distance).
-//! Guarantees  bounds of size and normal hold at each cluster's own scale; deterministic. Cost  [`PROBES`] rays a cluster and level.
+//! Input   points and a choice of them. Output  [`Clusters`] with `scale` = α_c / α. Source
+//!         `[Ward88]` (harmonic mean distance).
+//! Guarantees  bounds of size and normal hold at each cluster's own scale; deterministic. Cost
+//!             [`PROBES`] rays a cluster and level.
 //! Knob    κ = `alpha_closeness` 0.25.
 
 use rayon::prelude::*;
@@ -32,17 +39,32 @@ pub const PROBES: u32 = 32;
 const SCALES: [f32; 3] = [2.0, 1.0, 0.5];
 
 /// Clusters of the chosen points, each at its own scale.
-pub fn adaptive(world: &World, points: &ShadingPoints, chosen: Vec<u32>, settings: &DecomposeSettings, seed: u64, run: &Run) -> Clusters {
+pub fn adaptive(
+    world: &World,
+    points: &ShadingPoints,
+    chosen: Vec<u32>,
+    settings: &DecomposeSettings,
+    seed: u64,
+    run: &Run,
+) -> Clusters {
     let lengths = settings.lengths(world.diagonal);
     let (mut groups, mut scales) = (Vec::new(), Vec::new());
     let mut open = vec![chosen];
     for (level, scale) in SCALES.into_iter().enumerate() {
         let cut = |(i, members): (usize, Vec<u32>)| {
             let key = seed ^ ((level as u64) << 48) ^ ((i as u64) << 20);
-            let clusters = cluster(points, members, lengths.cluster_radius * scale, settings.cluster_normal_cos, key);
+            let clusters = cluster(
+                points,
+                members,
+                lengths.cluster_radius * scale,
+                settings.cluster_normal_cos,
+                key,
+            );
             let list = |c: usize| {
                 let wide = level + 1 < SCALES.len()
-                    && distance(world, points, clusters.members_of(c), key ^ c as u64) * settings.alpha_closeness < lengths.alpha * scale;
+                    && distance(world, points, clusters.members_of(c), key ^ c as u64)
+                        * settings.alpha_closeness
+                        < lengths.alpha * scale;
                 (clusters.members_of(c).to_vec(), wide)
             };
             (0..clusters.len()).into_par_iter().map(list).collect::<Vec<_>>()
@@ -69,9 +91,16 @@ fn distance(world: &World, points: &ShadingPoints, members: &[u32], key: u64) ->
     let sobol = Sobol::new(key, Stream::Cluster, 1);
     let inverse: f32 = (0..PROBES)
         .map(|r| {
-            let m = members[((sobol.sample_1d(r, 0) * members.len() as f32) as usize).min(members.len() - 1)] as usize;
-            let wi = Frame::from_normal(points.ns[m]).world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 1)));
-            let hit = if wi.dot(points.ng[m]) > 0.0 { world.rays.closest(&Ray::new(points.p[m], wi)) } else { None };
+            let m = members
+                [((sobol.sample_1d(r, 0) * members.len() as f32) as usize).min(members.len() - 1)]
+                as usize;
+            let wi = Frame::from_normal(points.ns[m])
+                .world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 1)));
+            let hit = if wi.dot(points.ng[m]) > 0.0 {
+                world.rays.closest(&Ray::new(points.p[m], wi))
+            } else {
+                None
+            };
             hit.map_or(0.0, |h| 1.0 / h.t.max(points.footprint[m]))
         })
         .sum();

@@ -1,11 +1,13 @@
 //! Pass 2a: hierarchical vector quantisation of the shading points by position and normal.
 //!
-//! Top down: a node whose members lie further than `cluster_radius` from its centre, or turn further than `cluster_normal_cos` from its
-//! normal, is split in two by k-means (k = 2) under d = |p − P| + r (1 − n·N), so that a right angle counts as one radius `[Course07]`. Nodes above
-//! 20 000 points are cut at the median of their widest axis.
+//! Top down: a node whose members lie further than `cluster_radius` from its centre, or turn
+//! further than `cluster_normal_cos` from its normal, is split in two by k-means (k = 2) under d =
+//! |p − P| + r (1 − n·N), so that a right angle counts as one radius `[Course07]`. Nodes above 20
+//! 000 points are cut at the median of their widest axis.
 //!
 //! Input   [`ShadingPoints`] and a choice of them. Output  [`Clusters`] in depth-first order.
-//! Guarantees  every chosen point in exactly one cluster; both bounds hold for every cluster; deterministic for any thread count.
+//! Guarantees  every chosen point in exactly one cluster; both bounds hold for every cluster;
+//!             deterministic for any thread count.
 //! Cost    O(points · log clusters), a few ns each.
 
 use glam::Vec3;
@@ -28,7 +30,8 @@ pub struct Clusters {
     pub start: Vec<u32>,
     /// Indices of shading points.
     pub members: Vec<u32>,
-    /// Own alpha and reach of every cluster as multiples of the picture's; empty: 1 ([`super::alpha`]).
+    /// Own alpha and reach of every cluster as multiples of the picture's; empty: 1
+    /// ([`super::alpha`]).
     pub scale: Vec<f32>,
 }
 
@@ -45,7 +48,8 @@ impl Clusters {
     pub fn scale_of(&self, cluster: usize) -> f32 {
         self.scale.get(cluster).copied().unwrap_or(1.0)
     }
-    /// Adds clusters made from other points: those that were there keep their places and lose their members, whose points are gone.
+    /// Adds clusters made from other points: those that were there keep their places and lose their
+    /// members, whose points are gone.
     pub fn append(&mut self, new: Self) {
         let earlier = self.len();
         self.forget_members();
@@ -93,11 +97,20 @@ fn centre(points: &ShadingPoints, members: &[u32]) -> Centre {
         p += points.p[i as usize].as_dvec3();
         n += points.ns[i as usize];
     }
-    Centre { p: (p / members.len() as f64).as_vec3(), n: n.normalize_or(points.ns[members[0] as usize]) }
+    Centre {
+        p: (p / members.len() as f64).as_vec3(),
+        n: n.normalize_or(points.ns[members[0] as usize]),
+    }
 }
 
 /// Clusters of the points listed in `chosen`.
-pub fn cluster(points: &ShadingPoints, mut chosen: Vec<u32>, radius: f32, normal_cos: f32, seed: u64) -> Clusters {
+pub fn cluster(
+    points: &ShadingPoints,
+    mut chosen: Vec<u32>,
+    radius: f32,
+    normal_cos: f32,
+    seed: u64,
+) -> Clusters {
     if chosen.is_empty() {
         return summarize(points, std::iter::empty());
     }
@@ -107,7 +120,11 @@ pub fn cluster(points: &ShadingPoints, mut chosen: Vec<u32>, radius: f32, normal
 /// The member nearest to `center`.
 pub fn anchor(points: &ShadingPoints, members: &[u32], center: Vec3) -> u32 {
     let distance = |i: u32| points.p[i as usize].distance_squared(center);
-    members.iter().copied().min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b))).unwrap_or(0)
+    members
+        .iter()
+        .copied()
+        .min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
+        .unwrap_or(0)
 }
 
 /// Clusters with the given members, none empty.
@@ -118,25 +135,40 @@ pub fn summarize(points: &ShadingPoints, groups: impl IntoIterator<Item = Vec<u3
         out.center.push(c.p);
         out.normal.push(c.n);
         out.anchor.push(points.p[anchor(points, &group, c.p) as usize]);
-        out.radius.push(group.iter().map(|&i| points.p[i as usize].distance(c.p)).fold(0.0, f32::max));
+        out.radius
+            .push(group.iter().map(|&i| points.p[i as usize].distance(c.p)).fold(0.0, f32::max));
         out.members.extend(group);
         out.start.push(out.members.len() as u32);
     }
     out
 }
 
-fn split(points: &ShadingPoints, members: &mut [u32], bounds: &Bounds, seed: u64, path: u64) -> Vec<Vec<u32>> {
+fn split(
+    points: &ShadingPoints,
+    members: &mut [u32],
+    bounds: &Bounds,
+    seed: u64,
+    path: u64,
+) -> Vec<Vec<u32>> {
     let c = centre(points, members);
     let fits = members.iter().all(|&i| {
         let i = i as usize;
-        points.p[i].distance_squared(c.p) <= bounds.radius * bounds.radius && points.ns[i].dot(c.n) >= bounds.normal_cos
+        points.p[i].distance_squared(c.p) <= bounds.radius * bounds.radius
+            && points.ns[i].dot(c.n) >= bounds.normal_cos
     });
     if fits || members.len() == 1 {
         return vec![members.to_vec()];
     }
-    let middle = if members.len() > MEDIAN_ABOVE { median(points, members) } else { two_means(points, members, bounds, seed, path) };
+    let middle = if members.len() > MEDIAN_ABOVE {
+        median(points, members)
+    } else {
+        two_means(points, members, bounds, seed, path)
+    };
     let (left, right) = members.split_at_mut(middle);
-    let (mut a, b) = rayon::join(|| split(points, left, bounds, seed, hash64(path) ^ 1), || split(points, right, bounds, seed, hash64(path ^ 0x5bd1_e995) ^ 2));
+    let (mut a, b) = rayon::join(
+        || split(points, left, bounds, seed, hash64(path) ^ 1),
+        || split(points, right, bounds, seed, hash64(path ^ 0x5bd1_e995) ^ 2),
+    );
     a.extend(b);
     a
 }
@@ -146,25 +178,44 @@ fn median(points: &ShadingPoints, members: &mut [u32]) -> usize {
     let bounds = crate::math::Aabb::around(members.iter().map(|&i| points.p[i as usize]));
     let axis = (bounds.max - bounds.min).max_position();
     let middle = members.len() / 2;
-    members.select_nth_unstable_by(middle, |&a, &b| points.p[a as usize][axis].total_cmp(&points.p[b as usize][axis]).then(a.cmp(&b)));
+    members.select_nth_unstable_by(middle, |&a, &b| {
+        points.p[a as usize][axis].total_cmp(&points.p[b as usize][axis]).then(a.cmp(&b))
+    });
     members[..middle].sort_unstable();
     members[middle..].sort_unstable();
     middle
 }
 
-/// Partitions by 2-means and returns the border; falls back to the median where all members coincide.
-fn two_means(points: &ShadingPoints, members: &mut [u32], bounds: &Bounds, seed: u64, path: u64) -> usize {
+/// Partitions by 2-means and returns the border; falls back to the median where all members
+/// coincide.
+fn two_means(
+    points: &ShadingPoints,
+    members: &mut [u32],
+    bounds: &Bounds,
+    seed: u64,
+    path: u64,
+) -> usize {
     let at = |i: u32| Centre { p: points.p[i as usize], n: points.ns[i as usize] };
-    let distance = |i: u32, c: &Centre| points.p[i as usize].distance(c.p) + bounds.radius * (1.0 - points.ns[i as usize].dot(c.n));
+    let distance = |i: u32, c: &Centre| {
+        points.p[i as usize].distance(c.p) + bounds.radius * (1.0 - points.ns[i as usize].dot(c.n))
+    };
     let mut rng = Rng::new(seed, Stream::Cluster, path, 0);
     let first = at(members[rng.below(members.len())]);
     // The second seed is the member furthest from the first.
-    let far =
-        |from: &Centre| members.iter().copied().fold((members[0], -1.0), |best, i| if distance(i, from) > best.1 { (i, distance(i, from)) } else { best }).0;
+    let far = |from: &Centre| {
+        members
+            .iter()
+            .copied()
+            .fold((members[0], -1.0), |best, i| {
+                if distance(i, from) > best.1 { (i, distance(i, from)) } else { best }
+            })
+            .0
+    };
     let mut a = at(far(&first));
     let mut b = at(far(&a));
     for _ in 0..ITERATIONS {
-        let (near_a, near_b): (Vec<u32>, Vec<u32>) = members.iter().partition(|&&i| distance(i, &a) <= distance(i, &b));
+        let (near_a, near_b): (Vec<u32>, Vec<u32>) =
+            members.iter().partition(|&&i| distance(i, &a) <= distance(i, &b));
         if near_a.is_empty() || near_b.is_empty() {
             return median(points, members);
         }
@@ -177,7 +228,8 @@ fn two_means(points: &ShadingPoints, members: &mut [u32], bounds: &Bounds, seed:
         }
         (a, b) = (next_a, next_b);
     }
-    let (near_a, near_b): (Vec<u32>, Vec<u32>) = members.iter().partition(|&&i| distance(i, &a) <= distance(i, &b));
+    let (near_a, near_b): (Vec<u32>, Vec<u32>) =
+        members.iter().partition(|&&i| distance(i, &a) <= distance(i, &b));
     if near_a.is_empty() || near_b.is_empty() {
         return median(points, members);
     }
@@ -195,9 +247,17 @@ mod tests {
         let mut rng = Rng::new(1, Stream::Test, 0, 0);
         let mut points = ShadingPoints::default();
         for i in 0..n {
-            let p = if i % 10 == 0 { Vec3::ONE } else { Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) };
+            let p = if i % 10 == 0 {
+                Vec3::ONE
+            } else {
+                Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32())
+            };
             points.p.push(p);
-            points.ns.push(if i % 10 == 0 { Vec3::Z } else { sample_uniform_sphere(rng.next_2d()) });
+            points.ns.push(if i % 10 == 0 {
+                Vec3::Z
+            } else {
+                sample_uniform_sphere(rng.next_2d())
+            });
         }
         points
     }
@@ -234,7 +294,11 @@ mod tests {
     #[test]
     fn thread_count_changes_nothing() {
         let points = random_points(25_000);
-        let run = |threads| crate::run::Run::new(threads).unwrap().install(|| cluster(&points, (0..25_000).collect(), 0.2, 0.5, 3).members);
+        let run = |threads| {
+            crate::run::Run::new(threads)
+                .unwrap()
+                .install(|| cluster(&points, (0..25_000).collect(), 0.2, 0.5, 3).members)
+        };
         assert_eq!(run(1), run(4));
     }
 }

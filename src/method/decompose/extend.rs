@@ -3,12 +3,14 @@
 //! ```text
 //! covered(x) :  some cluster with |x − P| ≤ cluster_radius and n·N ≥ cluster_normal_cos          the bounds that clusters are made under
 //! ```
-//! Points that are covered take no part; the rest are clustered among themselves ([`super::cluster`]) and sampled ([`super::far`]) as if
-//! they were all there is. Clusters, once made, never change: neither their place, nor their SH, nor the random numbers they came from.
+//! Points that are covered take no part; the rest are clustered among themselves
+//! ([`super::cluster`]) and sampled ([`super::far`]) as if they were all there is. Clusters, once
+//! made, never change: neither their place, nor their SH, nor the random numbers they came from.
 //!
 //! Input   clusters with their SH, shading points. Output  the same with more of them.
-//! Guarantees  the points that clusters were made from are covered by them, so the same view adds nothing; bit-identical for any thread
-//!             count. Not: the clusters that a fresh start would choose; near the border of what was seen before they lie denser.
+//! Guarantees  the points that clusters were made from are covered by them, so the same view adds
+//!             nothing; bit-identical for any thread count. Not: the clusters that a fresh start
+//!             would choose; near the border of what was seen before they lie denser.
 //! Cost    one look-up a point.
 
 use std::collections::HashMap;
@@ -29,7 +31,8 @@ use crate::shading::World;
 /// Slack on the bounds, for rounding.
 const SLACK: f32 = 1e-4;
 
-/// Tells which points clusters cover: every box of side `cluster_radius` knows the clusters that reach into it.
+/// Tells which points clusters cover: every box of side `cluster_radius` knows the clusters that
+/// reach into it.
 #[derive(Debug)]
 pub struct Cover<'a> {
     clusters: &'a Clusters,
@@ -42,7 +45,8 @@ impl<'a> Cover<'a> {
     /// For clusters made with this radius and cosine.
     pub fn new(clusters: &'a Clusters, radius: f32, normal_cos: f32) -> Self {
         let radius = radius * (1.0 + SLACK);
-        let mut cover = Self { clusters, radius, normal_cos: normal_cos - SLACK, boxes: HashMap::new() };
+        let mut cover =
+            Self { clusters, radius, normal_cos: normal_cos - SLACK, boxes: HashMap::new() };
         for (i, &p) in clusters.center.iter().enumerate() {
             let (low, high) = (cover.at(p - radius), cover.at(p + radius));
             for z in low.z..=high.z {
@@ -64,13 +68,15 @@ impl<'a> Cover<'a> {
     pub fn covers(&self, p: Vec3, n: Vec3) -> bool {
         let near = |&&i: &&u32| {
             let i = i as usize;
-            self.clusters.center[i].distance_squared(p) <= self.radius * self.radius && self.clusters.normal[i].dot(n) >= self.normal_cos
+            self.clusters.center[i].distance_squared(p) <= self.radius * self.radius
+                && self.clusters.normal[i].dot(n) >= self.normal_cos
         };
         self.boxes.get(&self.at(p)).is_some_and(|list| list.iter().find(near).is_some())
     }
 }
 
-/// Adds clusters for those of the `chosen` points that none covers; returns how many, and the CPU seconds that sampling them took.
+/// Adds clusters for those of the `chosen` points that none covers; returns how many, and the CPU
+/// seconds that sampling them took.
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
@@ -94,14 +100,22 @@ pub fn extend(
         }
         run.install(|| {
             let clusters = match settings.alpha_mode {
-                AlphaMode::Single => cluster(points, chosen, lengths.cluster_radius, settings.cluster_normal_cos, seed),
+                AlphaMode::Single => cluster(
+                    points,
+                    chosen,
+                    lengths.cluster_radius,
+                    settings.cluster_normal_cos,
+                    seed,
+                ),
                 AlphaMode::Adaptive => adaptive(world, points, chosen, settings, seed, run),
             };
             if settings.sight { validity::separate(world, points, &clusters) } else { clusters }
         })
     };
-    // Random numbers are keyed by a cluster's number among those made with it: later ones need another seed.
-    let seed = if clusters.is_empty() { seed } else { hash64(seed ^ hash64(clusters.len() as u64)) };
+    // Random numbers are keyed by a cluster's number among those made with it: later ones need
+    // another seed.
+    let seed =
+        if clusters.is_empty() { seed } else { hash64(seed ^ hash64(clusters.len() as u64)) };
     let (new_sh, seconds) = far::sample(world, proxy, points, &new, settings, seed, run)?;
     sh.extend(new_sh);
     let count = new.len();
@@ -127,7 +141,8 @@ mod tests {
         let mut missed = 0;
         for i in 0..3000 {
             let (p, n) = (points.p[i], points.ns[i]);
-            let slow = (0..clusters.len()).any(|c| clusters.center[c].distance(p) <= 0.3 && clusters.normal[c].dot(n) >= 0.7);
+            let slow = (0..clusters.len())
+                .any(|c| clusters.center[c].distance(p) <= 0.3 && clusters.normal[c].dot(n) >= 0.7);
             assert!(cover.covers(p, n) || i % 2 == 1, "its own point {i}");
             assert!(cover.covers(p, n) || !slow);
             missed += usize::from(!slow);

@@ -1,13 +1,16 @@
 //! Pass 2b: the distant incident radiance of each cluster, as spherical harmonics.
 //!
-//! Rays start at random members of the cluster, uniformly over the hemisphere of the member, both stratified (Owen–Sobol). A hit's radiance
-//! is the radiosity of its cell's side over π; a miss sees the sky. Emission counts zero: it is direct light.
-//! A hit whose cell is near its origin (membership m) keeps its own radiance with weight 1 − 0.9 m: the near sum subtracts whatever the
-//! fit says there, so any smooth value will do, while dropping such rays altogether leaves cluttered clusters without data.
-//! With `near_hits = "ignore"` rays pass through everything closer than alpha (the course's form).
-//! The fit takes the hits of the clusters around as well ([`super::pool`]).
+//! Rays start at random members of the cluster, uniformly over the hemisphere of the member, both
+//! stratified (Owen–Sobol). A hit's radiance is the radiosity of its cell's side over π; a miss
+//! sees the sky. Emission counts zero: it is direct light. A hit whose cell is near its origin
+//! (membership m) keeps its own radiance with weight 1 − 0.9 m: the near sum subtracts whatever the
+//! fit says there, so any smooth value will do, while dropping such rays altogether leaves
+//! cluttered clusters without data. With `near_hits = "ignore"` rays pass through everything closer
+//! than alpha (the course's form). The fit takes the hits of the clusters around as well
+//! ([`super::pool`]).
 //!
-//! Input   clusters, points, cells and their radiosity. Output  one [`ShRgb`] a cluster. Source  `[Course07]` pass 2; ridge: [`crate::sh::Fit`].
+//! Input   clusters, points, cells and their radiosity. Output  one [`ShRgb`] a cluster. Source
+//!         `[Course07]` pass 2; ridge: [`crate::sh::Fit`].
 //! Cost    clusters · (rays · one ray + pooled hits · O(bands⁴) flops); 44 B a ray.
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -55,11 +58,23 @@ pub fn sample(
         let mut hits = Vec::new();
         if !run.cancelled() {
             run.rays.add(RayKind::Sample, u64::from(settings.rays));
-            timed(&mut || hits = shoot(world, proxy, points, clusters.members_of(c), settings, lengths.alpha * clusters.scale_of(c), seed, c as u64));
+            timed(&mut || {
+                hits = shoot(
+                    world,
+                    proxy,
+                    points,
+                    clusters.members_of(c),
+                    settings,
+                    lengths.alpha * clusters.scale_of(c),
+                    seed,
+                    c as u64,
+                )
+            });
         }
         hits
     };
-    let hits: Vec<Vec<FarHit>> = run.install(|| (0..clusters.len()).into_par_iter().with_min_len(8).map(each).collect());
+    let hits: Vec<Vec<FarHit>> =
+        run.install(|| (0..clusters.len()).into_par_iter().with_min_len(8).map(each).collect());
     run.check()?;
     let sight = settings.sight.then(|| Sight::new(world, clusters));
     let pool = Pool::new(clusters, &hits, sight.as_ref(), settings, lengths);
@@ -70,7 +85,8 @@ pub fn sample(
         }
         sh
     };
-    let out = run.install(|| (0..clusters.len()).into_par_iter().with_min_len(8).map(each).collect());
+    let out =
+        run.install(|| (0..clusters.len()).into_par_iter().with_min_len(8).map(each).collect());
     run.check()?;
     Ok((out, nanoseconds.into_inner() as f64 * 1e-9))
 }
@@ -107,9 +123,12 @@ fn shoot(
     let sobol = Sobol::new(seed, Stream::Far, element);
     let mut hits = Vec::with_capacity(settings.rays as usize);
     for r in 0..settings.rays {
-        let member = members[((sobol.sample_1d(r, 0) * members.len() as f32) as usize).min(members.len() - 1)] as usize;
+        let member = members
+            [((sobol.sample_1d(r, 0) * members.len() as f32) as usize).min(members.len() - 1)]
+            as usize;
         let (p, ng, ns) = (points.p[member], points.ng[member], points.ns[member]);
-        let wi = Frame::from_normal(ns).world_from_local(sample_uniform_hemisphere(sobol.sample_2d(r, 1)));
+        let wi = Frame::from_normal(ns)
+            .world_from_local(sample_uniform_hemisphere(sobol.sample_2d(r, 1)));
         if wi.dot(ng) <= 0.0 {
             continue;
         }
@@ -118,12 +137,21 @@ fn shoot(
             ray.t_min = alpha;
         }
         if ray.t_min == f32::INFINITY {
-            hits.push(FarHit { wi, t: f32::INFINITY, position: Vec3::ZERO, normal: -wi, radiance: world.lights.sky.radiance(wi), membership: 0.0 });
+            hits.push(FarHit {
+                wi,
+                t: f32::INFINITY,
+                position: Vec3::ZERO,
+                normal: -wi,
+                radiance: world.lights.sky.radiance(wi),
+                membership: 0.0,
+            });
             continue;
         }
         let incident = proxy.incident(world, &ray);
         let near = match (incident.cell, settings.near_hits) {
-            (Some(cell), NearHits::Damp) => membership(proxy.cells.centroids[cell as usize].distance(p), alpha),
+            (Some(cell), NearHits::Damp) => {
+                membership(proxy.cells.centroids[cell as usize].distance(p), alpha)
+            }
             _ => 0.0,
         };
         hits.push(FarHit {

@@ -4,16 +4,19 @@
 //! near_i = Σ_j w_ij near_j / Σ_j w_ij,   w_ij = exp(−|p_i − p_j|² / 2 r_i²) · max(0, n_i·n_j)^16 · (1 − h_ij / r_i)₊
 //! r_i = near_filter_reach / c_i,   c_i = window mean of Σ_hits m / max(d, pixel), per ray          h_ij: distance of p_j from the plane of i
 //! ```
-//! Irradiance from a surface at distance d changes over lengths of about d, so a point may average over a fraction of the harmonic mean
-//! distance of what is near it: contact shadows stay, where nothing is close the window decides. c is itself a mean over the window, for
-//! sixteen rays are too few to know it. Only the near part is filtered; the far part has no noise of a single point.
+//! Irradiance from a surface at distance d changes over lengths of about d, so a point may average
+//! over a fraction of the harmonic mean distance of what is near it: contact shadows stay, where
+//! nothing is close the window decides. c is itself a mean over the window, for sixteen rays are
+//! too few to know it. Only the near part is filtered; the far part has no noise of a single point.
 //!
-//! Nothing counts as closer than a pixel: one hit at no distance in a window kept all of it unfiltered (dark specks along the door frame and under the
-//! picture of veach_ajar).
+//! Nothing counts as closer than a pixel: one hit at no distance in a window kept all of it
+//! unfiltered (dark specks along the door frame and under the picture of veach_ajar).
 //!
 //! Input   points in pixel order, their near part and closeness. Output  the filtered near part.
-//! Guarantees  deterministic; a constant near part stays; normals and planes keep sides of an edge apart. Cost  window · tens of ns a point.
-//! Knobs   `near_filter` window radius in pixels (0: off), `near_filter_reach` as a fraction of the distance.
+//! Guarantees  deterministic; a constant near part stays; normals and planes keep sides of an edge
+//!             apart. Cost  window · tens of ns a point.
+//! Knobs   `near_filter` window radius in pixels (0: off), `near_filter_reach` as a fraction of the
+//!         distance.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -32,7 +35,14 @@ pub struct NearPart {
 
 /// Filters the near part over windows of `radius` pixels in an image `width` pixels wide.
 /// `apart(i, j)` names points that may not share.
-pub fn filter(points: &ShadingPoints, near: &[NearPart], width: u32, radius: u32, reach: f32, apart: impl Fn(usize, usize) -> bool + Sync) -> Vec<Rgb> {
+pub fn filter(
+    points: &ShadingPoints,
+    near: &[NearPart],
+    width: u32,
+    radius: u32,
+    reach: f32,
+    apart: impl Fn(usize, usize) -> bool + Sync,
+) -> Vec<Rgb> {
     let height = points.pixel.last().map_or(0, |&p| p / width + 1);
     let mut first = vec![0u32; (width * height) as usize + 1];
     points.pixel.iter().for_each(|&p| first[p as usize + 1] += 1);
@@ -74,7 +84,9 @@ pub fn filter(points: &ShadingPoints, near: &[NearPart], width: u32, radius: u32
         let (mut sum, mut weight) = (Rgb::ZERO, 0.0);
         each(i, &mut |j| {
             let offset = points.p[j] - p;
-            let w = kin(i, j) * (-offset.length_squared() / (2.0 * r * r)).exp() * (1.0 - n.dot(offset).abs() / r).max(0.0);
+            let w = kin(i, j)
+                * (-offset.length_squared() / (2.0 * r * r)).exp()
+                * (1.0 - n.dot(offset).abs() / r).max(0.0);
             sum += near[j].irradiance * w;
             weight += w;
         });

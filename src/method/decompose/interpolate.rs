@@ -3,9 +3,10 @@
 //! ```text
 //! c(x) = Σ wᵢ cᵢ / Σ wᵢ      wᵢ = (1 − d²/Rᵢ²)² · max(0, N·Nᵢ)^p,   d = |x − Pᵢ| < Rᵢ
 //! ```
-//! The SH is linear in its coefficients, so blending coefficients blends irradiance. A point with no cluster in reach takes its nearest
-//! cluster by d / max(N·Nᵢ, 0.1); where that one may not serve it ([`super::validity`]) the caller samples the point's own hemisphere, so that
-//! nothing is ever black, or lit through a wall, for want of a sample.
+//! The SH is linear in its coefficients, so blending coefficients blends irradiance. A point with
+//! no cluster in reach takes its nearest cluster by d / max(N·Nᵢ, 0.1); where that one may not
+//! serve it ([`super::validity`]) the caller samples the point's own hemisphere, so that nothing is
+//! ever black, or lit through a wall, for want of a sample.
 //!
 //! Guarantees  continuous in x inside the reach, but for clusters that come into sight.
 //! Cost    a uniform grid of side R: a few tens of candidates a query.
@@ -54,12 +55,30 @@ impl<'a> FarField<'a> {
     pub fn new(clusters: &'a Clusters, sh: &'a [ShRgb], radius: f32, normal_power: f32) -> Self {
         let bounds = crate::math::Aabb::around(clusters.center.iter().copied());
         let extent = if bounds.is_empty() { Vec3::ZERO } else { bounds.max - bounds.min };
-        let reach = radius * clusters.scale.iter().copied().fold(if clusters.scale.is_empty() { 1.0 } else { 0.0 }, f32::max);
+        let reach = radius
+            * clusters
+                .scale
+                .iter()
+                .copied()
+                .fold(if clusters.scale.is_empty() { 1.0 } else { 0.0 }, f32::max);
         let side = reach.max(extent.max_element() / MAX_SIDE_CELLS).max(f32::MIN_POSITIVE);
         let dims = extent.to_array().map(|e| (e / side) as i32 + 1);
         let origin = if bounds.is_empty() { Vec3::ZERO } else { bounds.min };
-        let mut field = Self { clusters, sh, radius, reach, normal_power, sight: None, origin, side, dims, start: Vec::new(), order: Vec::new() };
-        let slots: Vec<usize> = clusters.center.iter().map(|&p| field.slot(field.grid(p))).collect();
+        let mut field = Self {
+            clusters,
+            sh,
+            radius,
+            reach,
+            normal_power,
+            sight: None,
+            origin,
+            side,
+            dims,
+            start: Vec::new(),
+            order: Vec::new(),
+        };
+        let slots: Vec<usize> =
+            clusters.center.iter().map(|&p| field.slot(field.grid(p))).collect();
         let mut start = vec![0u32; (dims[0] * dims[1] * dims[2]) as usize + 1];
         for &s in &slots {
             start[s + 1] += 1;
@@ -73,7 +92,8 @@ impl<'a> FarField<'a> {
         field
     }
 
-    /// By cluster, those within the reach of interpolation and facing alike that it does not see; empty without a test of sight.
+    /// By cluster, those within the reach of interpolation and facing alike that it does not see;
+    /// empty without a test of sight.
     pub fn hidden_pairs(&self) -> Vec<Vec<u32>> {
         let Some(sight) = &self.sight else { return Vec::new() };
         let Clusters { center, normal, .. } = self.clusters;
@@ -108,9 +128,11 @@ impl<'a> FarField<'a> {
         ((g[2] * self.dims[1] + g[1]) * self.dims[0] + g[0]) as usize
     }
 
-    /// The blended field at `p` with unit normal `n`, with the blended alpha; `None` where no cluster may serve it.
+    /// The blended field at `p` with unit normal `n`, with the blended alpha; `None` where no
+    /// cluster may serve it.
     pub fn at(&self, p: Vec3, n: Vec3) -> Option<Blend> {
-        let (low, high) = (self.grid(p - Vec3::splat(self.reach)), self.grid(p + Vec3::splat(self.reach)));
+        let (low, high) =
+            (self.grid(p - Vec3::splat(self.reach)), self.grid(p + Vec3::splat(self.reach)));
         let (mut out, mut sum, mut scale, mut best) = (ShRgb::default(), 0.0, 0.0, (0, 0.0));
         for z in low[2]..=high[2] {
             for y in low[1]..=high[1] {
@@ -152,9 +174,15 @@ impl<'a> FarField<'a> {
     }
 
     fn nearest(&self, p: Vec3, n: Vec3) -> Option<Blend> {
-        let cost = |i: usize| self.clusters.center[i].distance(p) / self.clusters.normal[i].dot(n).max(0.1);
+        let cost = |i: usize| {
+            self.clusters.center[i].distance(p) / self.clusters.normal[i].dot(n).max(0.1)
+        };
         let best = (0..self.clusters.len()).min_by(|&a, &b| cost(a).total_cmp(&cost(b)))?;
-        self.serves(best, p, n).then(|| Blend { sh: self.sh[best], cluster: best as u32, scale: self.clusters.scale_of(best) })
+        self.serves(best, p, n).then(|| Blend {
+            sh: self.sh[best],
+            cluster: best as u32,
+            scale: self.clusters.scale_of(best),
+        })
     }
 }
 

@@ -1,18 +1,23 @@
-//! Pass 3b: the near cells of a point, found by range search and summed analytically, eight at a time.
+//! Pass 3b: the near cells of a point, found by range search and summed analytically, eight at a
+//! time.
 //!
 //! ```text
 //! Σ_T m_T B_T G_T / π   and   Σ_T m_T · moments_T        (the SH is applied to the summed moments: crate::sh::Quadratic)
 //! ```
-//! The cells lie in blocks of eight, leaves of a median-split tree of boxes. A query walks the boxes that touch the ball of radius alpha and
-//! reach above the tangent plane; a block whose lanes are all too far, all below the horizon, or all in the point's own plane is left early.
+//! The cells lie in blocks of eight, leaves of a median-split tree of boxes. A query walks the
+//! boxes that touch the ball of radius alpha and reach above the tangent plane; a block whose lanes
+//! are all too far, all below the horizon, or all in the point's own plane is left early.
 //!
-//! A cell counts with the side that faces the point; the back of a one-sided cell does not exist. Cells whose plane passes closer to the
-//! point than a thousandth of `near_cell` are its own plane or touch it: they cover no solid angle that matters and are left out.
+//! A cell counts with the side that faces the point; the back of a one-sided cell does not exist.
+//! Cells whose plane passes closer to the point than a thousandth of `near_cell` are its own plane
+//! or touch it: they cover no solid angle that matters and are left out.
 //!
 //! A masked cell counts by the fraction of it that exists.
 //!
-//! Input   [`crate::tessellate::Cells`], their radiosity. Output  [`NearSum`] at (x, N). Source  `[Course07]` "nearby geometry", `[Lambert60]`, `[Arvo95]`.
-//! Guarantees  the sum runs in tree order, whatever the thread. Cost  72 B a cell; tens of ns a near cell.
+//! Input   [`crate::tessellate::Cells`], their radiosity. Output  [`NearSum`] at (x, N). Source
+//!         `[Course07]` "nearby geometry", `[Lambert60]`, `[Arvo95]`.
+//! Guarantees  the sum runs in tree order, whatever the thread. Cost  72 B a cell; tens of ns a
+//!             near cell.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -40,14 +45,16 @@ struct Block {
     ids: [u32; 8],
     /// Lane mask: the back does not exist.
     one_sided: F,
-    /// Fraction of the cell that exists (masks); 0 in lanes without a cell (the last block may be short).
+    /// Fraction of the cell that exists (masks); 0 in lanes without a cell (the last block may be
+    /// short).
     coverage: F,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
     bounds: Aabb,
-    /// Inner: index of the second child (the first follows the node). Leaf: block, marked by the high bit.
+    /// Inner: index of the second child (the first follows the node). Leaf: block, marked by the
+    /// high bit.
     link: u32,
 }
 const LEAF: u32 = 1 << 31;
@@ -94,7 +101,8 @@ pub struct NearQuery<'a> {
     pub alpha: f32,
     /// Tests the visibility of every cell's centroid when set.
     pub trace: Option<&'a World>,
-    /// With sets: a cell seen in part is tested where it changes this field's irradiance by more than the tolerance (W/m², mean of channels).
+    /// With sets: a cell seen in part is tested where it changes this field's irradiance by more
+    /// than the tolerance (W/m², mean of channels).
     pub flagged: Option<(&'a ShRgb, f32)>,
     /// Monte Carlo integral of this field instead of the moments, with points per cell.
     pub monte_carlo: Option<(&'a ShRgb, u32)>,
@@ -121,7 +129,9 @@ fn order(proxy: Proxy<'_>, ids: &mut [u32]) {
     let spread = Aabb::around(ids.iter().map(|&i| c[i as usize]));
     let axis = (spread.max - spread.min).max_position();
     let cut = middle(ids.len());
-    ids.select_nth_unstable_by(cut, |&a, &b| c[a as usize][axis].total_cmp(&c[b as usize][axis]).then(a.cmp(&b)));
+    ids.select_nth_unstable_by(cut, |&a, &b| {
+        c[a as usize][axis].total_cmp(&c[b as usize][axis]).then(a.cmp(&b))
+    });
     let (left, right) = ids.split_at_mut(cut);
     if right.len() > 2048 {
         rayon::join(|| order(proxy, left), || order(proxy, right));
@@ -153,13 +163,21 @@ impl NearTree {
         let mut groups = Vec::with_capacity(ids.len() / 8 + 1);
         leaves(&ids, &mut groups);
         let blocks: Vec<Block> = groups.par_iter().map(|ids| block(proxy, ids)).collect();
-        let bounds: Vec<Aabb> = groups.par_iter().map(|ids| Aabb::around(ids.iter().flat_map(|&c| proxy.cells.corners[c as usize]))).collect();
-        let mut tree = Self { nodes: Vec::with_capacity(2 * blocks.len()), blocks, plane_tolerance: 1e-3 * proxy.cells.near_cell };
+        let bounds: Vec<Aabb> = groups
+            .par_iter()
+            .map(|ids| Aabb::around(ids.iter().flat_map(|&c| proxy.cells.corners[c as usize])))
+            .collect();
+        let mut tree = Self {
+            nodes: Vec::with_capacity(2 * blocks.len()),
+            blocks,
+            plane_tolerance: 1e-3 * proxy.cells.near_cell,
+        };
         tree.link(&mut bounds.iter(), ids.len());
         tree
     }
 
-    /// Adds the nodes over `count` ids whose leaves are the next of `leaves`, depth first, and returns their box.
+    /// Adds the nodes over `count` ids whose leaves are the next of `leaves`, depth first, and
+    /// returns their box.
     fn link(&mut self, leaves: &mut std::slice::Iter<'_, Aabb>, count: usize) -> Aabb {
         let at = self.nodes.len();
         self.nodes.push(Node { bounds: Aabb::EMPTY, link: 0 });
@@ -170,13 +188,22 @@ impl NearTree {
             let left = self.link(leaves, middle(count));
             self.nodes[at].link = self.nodes.len() as u32;
             let right = self.link(leaves, count - middle(count));
-            self.nodes[at].bounds = Aabb { min: left.min.min(right.min), max: left.max.max(right.max) };
+            self.nodes[at].bounds =
+                Aabb { min: left.min.min(right.min), max: left.max.max(right.max) };
         }
         self.nodes[at].bounds
     }
 
-    /// Visits the blocks that come within `radius` of `x` and reach higher than `slack` below its plane, with the cells of their lanes.
-    pub fn blocks_near(&self, x: Vec3, radius: f32, n: Vec3, slack: f32, visit: &mut dyn FnMut(u32, &[u32])) {
+    /// Visits the blocks that come within `radius` of `x` and reach higher than `slack` below its
+    /// plane, with the cells of their lanes.
+    pub fn blocks_near(
+        &self,
+        x: Vec3,
+        radius: f32,
+        n: Vec3,
+        slack: f32,
+        visit: &mut dyn FnMut(u32, &[u32]),
+    ) {
         let mut stack = if self.nodes.is_empty() { vec![] } else { vec![0u32] };
         while let Some(index) = stack.pop() {
             let node = &self.nodes[index as usize];
@@ -196,12 +223,29 @@ impl NearTree {
     }
 
     /// Sum over the given blocks alone, each lane by its share.
-    pub fn sum_set(&self, x: Vec3, n: Vec3, entries: &[SetEntry], query: &NearQuery<'_>, rng: &mut Rng) -> NearSum {
+    pub fn sum_set(
+        &self,
+        x: Vec3,
+        n: Vec3,
+        entries: &[SetEntry],
+        query: &NearQuery<'_>,
+        rng: &mut Rng,
+    ) -> NearSum {
         let mut out = NearSum::default();
         let mut moments = [F::ZERO; MOMENTS];
         let mut sent = [F::ZERO; 3];
         for entry in entries {
-            self.add_block(&self.blocks[entry.block as usize], x, n, query, Some(entry), rng, &mut moments, &mut sent, &mut out);
+            self.add_block(
+                &self.blocks[entry.block as usize],
+                x,
+                n,
+                query,
+                Some(entry),
+                rng,
+                &mut moments,
+                &mut sent,
+                &mut out,
+            );
         }
         out.close(&moments, sent);
         out
@@ -232,7 +276,17 @@ impl NearTree {
                 stack[depth + 1] = index + 1;
                 depth += 2;
             } else {
-                self.add_block(&self.blocks[(node.link & !LEAF) as usize], x, n, query, None, rng, &mut moments, &mut sent, &mut out);
+                self.add_block(
+                    &self.blocks[(node.link & !LEAF) as usize],
+                    x,
+                    n,
+                    query,
+                    None,
+                    rng,
+                    &mut moments,
+                    &mut sent,
+                    &mut out,
+                );
             }
         }
         out.close(&moments, sent);
@@ -258,14 +312,20 @@ impl NearTree {
         let m = if query.alpha == f32::INFINITY {
             F::ONE
         } else {
-            let t = ((F::splat(query.alpha) - distance) * F::splat(4.0 / query.alpha)).fast_max(F::ZERO).fast_min(F::ONE);
+            let t = ((F::splat(query.alpha) - distance) * F::splat(4.0 / query.alpha))
+                .fast_max(F::ZERO)
+                .fast_min(F::ONE);
             t * t * (F::splat(3.0) - t - t)
         };
-        let mut v: [[F; 3]; 3] = std::array::from_fn(|c| std::array::from_fn(|k| block.corners[c][k] - x8[k]));
+        let mut v: [[F; 3]; 3] =
+            std::array::from_fn(|c| std::array::from_fn(|k| block.corners[c][k] - x8[k]));
         let height = v.map(|c| dot(c, n8));
         let tolerance = F::splat(self.plane_tolerance);
         let reaches = height[0].fast_max(height[1]).fast_max(height[2]).simd_gt(tolerance);
-        let normal = cross(std::array::from_fn(|k| v[1][k] - v[0][k]), std::array::from_fn(|k| v[2][k] - v[0][k]));
+        let normal = cross(
+            std::array::from_fn(|k| v[1][k] - v[0][k]),
+            std::array::from_fn(|k| v[2][k] - v[0][k]),
+        );
         let det = dot(normal, v[0]);
         let back = det.simd_gt(F::ZERO);
         let apart = det.abs().simd_gt(tolerance * dot(normal, normal).sqrt());
@@ -290,14 +350,19 @@ impl NearTree {
         }
         let mut weight = active & m;
         let found = moments8(&v, n);
-        if let (Some(world), Some(set), Some((field, tolerance))) = (query.trace, set, query.flagged) {
-            weight *= settle(world, block, set, weight * found[0], back, x, field, tolerance, rng, out);
+        if let (Some(world), Some(set), Some((field, tolerance))) =
+            (query.trace, set, query.flagged)
+        {
+            weight *=
+                settle(world, block, set, weight * found[0], back, x, field, tolerance, rng, out);
         }
         for (sum, moment) in moments.iter_mut().zip(found) {
             *sum = weight.mul_add(moment, *sum);
         }
         let weighted_g = weight * found[0];
-        for (sum, (from_back, from_front)) in sent.iter_mut().zip(block.back.iter().zip(&block.front)) {
+        for (sum, (from_back, from_front)) in
+            sent.iter_mut().zip(block.back.iter().zip(&block.front))
+        {
             *sum = weighted_g.mul_add(back.bitselect(*from_back, *from_front), *sum);
         }
         out.cells += active.to_bitmask().count_ones();
@@ -327,8 +392,20 @@ impl NearTree {
     }
 }
 
-/// Factor of each lane: 1, or where a cell seen in part matters, 0 or the inverse of its share by a ray to a random place on it.
-fn settle(world: &World, block: &Block, set: &SetEntry, weighted_g: F, back: F, x: Vec3, field: &ShRgb, tolerance: f32, rng: &mut Rng, out: &mut NearSum) -> F {
+/// Factor of each lane: 1, or where a cell seen in part matters, 0 or the inverse of its share by a
+/// ray to a random place on it.
+fn settle(
+    world: &World,
+    block: &Block,
+    set: &SetEntry,
+    weighted_g: F,
+    back: F,
+    x: Vec3,
+    field: &ShRgb,
+    tolerance: f32,
+    rng: &mut Rng,
+    out: &mut NearSum,
+) -> F {
     let g = weighted_g.to_array();
     let back = back.to_bitmask();
     let lane = |k: [F; 3], i: usize| Vec3::from_array(k.map(|c| c.to_array()[i]));
@@ -338,7 +415,9 @@ fn settle(world: &World, block: &Block, set: &SetEntry, weighted_g: F, back: F, 
             return 1.0;
         }
         let w = (lane(block.centroid, i) - x).normalize_or(Vec3::Y);
-        let sent = Rgb::from(lane(if back >> i & 1 == 1 { block.back } else { block.front }, i).to_array());
+        let sent = Rgb::from(
+            lane(if back >> i & 1 == 1 { block.back } else { block.front }, i).to_array(),
+        );
         if ((sent - field.radiance(w)) * g[i]).abs().element_sum() <= 3.0 * tolerance {
             return 1.0;
         }
@@ -346,12 +425,26 @@ fn settle(world: &World, block: &Block, set: &SetEntry, weighted_g: F, back: F, 
         let [a, b, c] = block.corners.map(|k| lane(k, i));
         let uv = sample_triangle(rng.next_2d());
         let to = a + (b - a) * uv.x + (c - a) * uv.y - x;
-        if world.rays.occluded(&Ray { t_max: 1.0 - 1e-3, ..Ray::new(x, to) }) { 0.0 } else { f32::from(TESTS) / f32::from(share) }
+        if world.rays.occluded(&Ray { t_max: 1.0 - 1e-3, ..Ray::new(x, to) }) {
+            0.0
+        } else {
+            f32::from(TESTS) / f32::from(share)
+        }
     }))
 }
 
-/// Σ over lanes of (m G) · mean of the field over random points of the cell, weighted by their share of G.
-fn monte_carlo(block: &Block, active: F, weighted_g: F, x: Vec3, n: Vec3, field: &ShRgb, samples: u32, rng: &mut Rng) -> Rgb {
+/// Σ over lanes of (m G) · mean of the field over random points of the cell, weighted by their
+/// share of G.
+fn monte_carlo(
+    block: &Block,
+    active: F,
+    weighted_g: F,
+    x: Vec3,
+    n: Vec3,
+    field: &ShRgb,
+    samples: u32,
+    rng: &mut Rng,
+) -> Rgb {
     let corners = block.corners.map(|c| c.map(|k| k.to_array()));
     let g = weighted_g.to_array();
     let lanes = active.to_bitmask();
@@ -380,22 +473,39 @@ fn dot(a: [F; 3], b: [F; 3]) -> F {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 fn cross(a: [F; 3], b: [F; 3]) -> [F; 3] {
-    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
+    [
+        a[1].mul_sub(b[2], a[2] * b[1]),
+        a[2].mul_sub(b[0], a[0] * b[2]),
+        a[0].mul_sub(b[1], a[1] * b[0]),
+    ]
 }
 
 fn block(proxy: Proxy<'_>, ids: &[u32]) -> Block {
     let id = |lane: usize| ids[lane.min(ids.len() - 1)];
-    let lanes = |f: &dyn Fn(u32) -> f32| F::from(std::array::from_fn::<f32, 8, _>(|lane| f(id(lane))));
-    let mask = |f: &dyn Fn(usize) -> bool| F::from(std::array::from_fn::<f32, 8, _>(|lane| f32::from_bits(if f(lane) { u32::MAX } else { 0 })));
-    let side = |s| std::array::from_fn(|k| lanes(&|c| proxy.radiosity.get(c, s)[k] * std::f32::consts::FRAC_1_PI));
+    let lanes =
+        |f: &dyn Fn(u32) -> f32| F::from(std::array::from_fn::<f32, 8, _>(|lane| f(id(lane))));
+    let mask = |f: &dyn Fn(usize) -> bool| {
+        F::from(std::array::from_fn::<f32, 8, _>(|lane| {
+            f32::from_bits(if f(lane) { u32::MAX } else { 0 })
+        }))
+    };
+    let side = |s| {
+        std::array::from_fn(|k| {
+            lanes(&|c| proxy.radiosity.get(c, s)[k] * std::f32::consts::FRAC_1_PI)
+        })
+    };
     Block {
         ids: std::array::from_fn(id),
-        corners: std::array::from_fn(|v| std::array::from_fn(|k| lanes(&|c| proxy.cells.corners[c as usize][v][k]))),
+        corners: std::array::from_fn(|v| {
+            std::array::from_fn(|k| lanes(&|c| proxy.cells.corners[c as usize][v][k]))
+        }),
         centroid: std::array::from_fn(|k| lanes(&|c| proxy.cells.centroids[c as usize][k])),
         front: side(crate::tessellate::Side::Front),
         back: side(crate::tessellate::Side::Back),
         one_sided: mask(&|lane| proxy.cells.one_sided[id(lane) as usize]),
-        coverage: F::from(std::array::from_fn::<f32, 8, _>(|lane| if lane < ids.len() { proxy.radiosity.coverage(id(lane)) } else { 0.0 })),
+        coverage: F::from(std::array::from_fn::<f32, 8, _>(|lane| {
+            if lane < ids.len() { proxy.radiosity.coverage(id(lane)) } else { 0.0 }
+        })),
     }
 }
 
@@ -411,25 +521,51 @@ mod tests {
 
     fn cells_of(positions: Vec<Vec3>, sides: Sides, near_cell: f32) -> Cells {
         let n = positions.len() as u32 / 3;
-        let mesh =
-            Mesh { positions, triangles: (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(), materials: vec![0; n as usize], sides, ..Mesh::default() };
-        Cells::new(&Geometry::new(&Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Scene::default() }), near_cell).unwrap()
+        let mesh = Mesh {
+            positions,
+            triangles: (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            materials: vec![0; n as usize],
+            sides,
+            ..Mesh::default()
+        };
+        Cells::new(
+            &Geometry::new(&Scene {
+                meshes: vec![mesh],
+                materials: vec![Material::default()],
+                ..Scene::default()
+            }),
+            near_cell,
+        )
+        .unwrap()
     }
 
     fn random_radiosity(cells: &Cells, rng: &mut Rng) -> CellRadiosity {
-        let mut side = || (0..cells.len()).map(|_| Rgb::new(rng.next_f32(), rng.next_f32(), rng.next_f32())).collect();
+        let mut side = || {
+            (0..cells.len())
+                .map(|_| Rgb::new(rng.next_f32(), rng.next_f32(), rng.next_f32()))
+                .collect()
+        };
         CellRadiosity { front: side(), back: side(), ..CellRadiosity::default() }
     }
 
     /// The definition, cell by cell in double precision.
-    fn brute(cells: &Cells, radiosity: &CellRadiosity, x: Vec3, n: Vec3, alpha: f32) -> (Rgb, [f64; MOMENTS], u32) {
+    fn brute(
+        cells: &Cells,
+        radiosity: &CellRadiosity,
+        x: Vec3,
+        n: Vec3,
+        alpha: f32,
+    ) -> (Rgb, [f64; MOMENTS], u32) {
         let (mut sent, mut sum, mut count) = (Rgb::ZERO, [0.0; MOMENTS], 0);
         for (i, c) in cells.corners.iter().enumerate() {
             let mut v = c.map(|p| p - x);
             let normal = (v[1] - v[0]).cross(v[2] - v[0]).normalize();
             let m = membership(cells.centroids[i].distance(x), alpha);
             let det = v[0].dot(normal);
-            if m <= 0.0 || det.abs() <= 1e-3 * cells.near_cell || v.iter().all(|p| p.dot(n) <= 1e-3 * cells.near_cell) {
+            if m <= 0.0
+                || det.abs() <= 1e-3 * cells.near_cell
+                || v.iter().all(|p| p.dot(n) <= 1e-3 * cells.near_cell)
+            {
                 continue;
             }
             let side = if det > 0.0 { Side::Back } else { Side::Front };
@@ -441,7 +577,8 @@ mod tests {
             }
             let found = moments(&v, n);
             count += 1;
-            sent += radiosity.get(i as u32, side) * (f64::from(m) * found[0] / std::f64::consts::PI) as f32;
+            sent += radiosity.get(i as u32, side)
+                * (f64::from(m) * found[0] / std::f64::consts::PI) as f32;
             for (s, f) in sum.iter_mut().zip(found) {
                 *s += f64::from(m) * f;
             }
@@ -492,14 +629,25 @@ mod tests {
         assert_eq!(tree.sum(Vec3::ZERO, Vec3::Z, &NearQuery::assumed(1.0), &mut rng).cells, 0);
     }
 
-    /// Moving a point through the shell of one bright cell must not pop: no step may exceed what the membership's slope allows.
+    /// Moving a point through the shell of one bright cell must not pop: no step may exceed what
+    /// the membership's slope allows.
     #[test]
     fn continuous_across_the_shell() {
         let mut rng = Rng::new(9, Stream::Test, 2, 0);
-        let cells = cells_of(vec![Vec3::new(0.0, 0.0, 0.0), Vec3::new(0.3, 0.0, 0.0), Vec3::new(0.0, 0.3, 0.0)], Sides::Two, 1.0);
-        let radiosity = CellRadiosity { front: vec![Rgb::ONE], back: vec![Rgb::ONE], ..CellRadiosity::default() };
+        let cells = cells_of(
+            vec![Vec3::new(0.0, 0.0, 0.0), Vec3::new(0.3, 0.0, 0.0), Vec3::new(0.0, 0.3, 0.0)],
+            Sides::Two,
+            1.0,
+        );
+        let radiosity = CellRadiosity {
+            front: vec![Rgb::ONE],
+            back: vec![Rgb::ONE],
+            ..CellRadiosity::default()
+        };
         let tree = NearTree::new(Proxy { cells: &cells, radiosity: &radiosity });
-        let at = |z: f32, rng: &mut Rng| tree.sum(Vec3::new(0.1, 0.1, z), -Vec3::Z, &NearQuery::assumed(1.0), rng).sent.x;
+        let at = |z: f32, rng: &mut Rng| {
+            tree.sum(Vec3::new(0.1, 0.1, z), -Vec3::Z, &NearQuery::assumed(1.0), rng).sent.x
+        };
         let (mut last, mut largest) = (at(0.5, &mut rng), 0.0f32);
         assert!(last > 0.01 && at(1.01, &mut rng) == 0.0);
         for step in 1..=600 {
@@ -514,16 +662,25 @@ mod tests {
     #[test]
     fn monte_carlo_agrees_with_the_closed_form() {
         let mut rng = Rng::new(9, Stream::Test, 3, 0);
-        let cells = cells_of(vec![Vec3::new(-1.0, -1.0, 0.4), Vec3::new(1.0, -1.0, 0.6), Vec3::new(0.0, 1.0, 0.8)], Sides::Two, 0.2);
+        let cells = cells_of(
+            vec![Vec3::new(-1.0, -1.0, 0.4), Vec3::new(1.0, -1.0, 0.6), Vec3::new(0.0, 1.0, 0.8)],
+            Sides::Two,
+            0.2,
+        );
         let radiosity = random_radiosity(&cells, &mut rng);
         let tree = NearTree::new(Proxy { cells: &cells, radiosity: &radiosity });
         let mut field = ShRgb::default();
         for c in field.0.iter_mut().take(9) {
             *c = Rgb::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
         }
-        let query = NearQuery { alpha: 1.2, trace: None, flagged: None, monte_carlo: Some((&field, 400)) };
+        let query =
+            NearQuery { alpha: 1.2, trace: None, flagged: None, monte_carlo: Some((&field, 400)) };
         let sum = tree.sum(Vec3::ZERO, Vec3::Z, &query, &mut rng);
         let exact = Quadratic::new(&field, Vec3::Z).integral(&sum.moments);
-        assert!((sum.covered - exact).abs().max_element() < 2e-3 * exact.max_element(), "{} {exact}", sum.covered);
+        assert!(
+            (sum.covered - exact).abs().max_element() < 2e-3 * exact.max_element(),
+            "{} {exact}",
+            sum.covered
+        );
     }
 }

@@ -1,12 +1,15 @@
-//! The near part kept in boxes of space between the frames of a film: rays are shot once a box, not once a point and frame.
+//! The near part kept in boxes of space between the frames of a film: rays are shot once a box, not
+//! once a point and frame.
 //!
 //! ```text
 //! E_near(x) = E_near(x_b),   b: box and facing of x as near_noise = "world" has them,   x_b: the first point seen in b
 //! ```
-//! Nothing moves and the far field of a film is fixed, so the near part is a function of the place alone. A box is about a pixel wide where it
-//! is seen first; it is estimated with [`RAYS`] times `near_rays`, which costs less than fresh rays in every frame, is less noisy, and stays.
+//! Nothing moves and the far field of a film is fixed, so the near part is a function of the place
+//! alone. A box is about a pixel wide where it is seen first; it is estimated with [`RAYS`] times
+//! `near_rays`, which costs less than fresh rays in every frame, is less noisy, and stays.
 //!
-//! Temporal variance of static points, Sponza by day, 320×180, three frames, and CPU seconds a frame after the first:
+//! Temporal variance of static points, Sponza by day, 320×180, three frames, and CPU seconds a
+//! frame after the first:
 //!
 //! | | Variance | CPU s |
 //! |---|---|---|
@@ -19,9 +22,11 @@
 //! | boxes of 2–4 pixels, 64 rays | 5.1e-4 | 0.67 |
 //! | the far field alone | 0.5e-4 | 0.48 |
 //!
-//! Input   shading points and the far field. Output  the near part at every point, before the filter.
-//! Guarantees  bit-identical for any thread count; a camera that rests gets the same values again. Not: independent of the order of the frames
-//!             (the first point stands for its box). Memory  32 B a box.
+//! Input   shading points and the far field. Output  the near part at every point, before the
+//!         filter.
+//! Guarantees  bit-identical for any thread count; a camera that rests gets the same values again.
+//!             Not: independent of the order of the frames (the first point stands for its box).
+//!             Memory  32 B a box.
 
 use std::collections::HashMap;
 
@@ -73,8 +78,17 @@ impl NearBoxes {
     ) -> Result<Vec<NearPart>> {
         let alpha = settings.lengths(world.diagonal).alpha;
         let alone = alone(settings);
-        let settings = DecomposeSettings { near_rays: settings.near_rays.saturating_mul(RAYS), ..settings.clone() };
-        let keys: Vec<u64> = run.install(|| (0..points.len()).into_par_iter().with_min_len(256).map(|i| NearNoise::World.element(points, i)).collect());
+        let settings = DecomposeSettings {
+            near_rays: settings.near_rays.saturating_mul(RAYS),
+            ..settings.clone()
+        };
+        let keys: Vec<u64> = run.install(|| {
+            (0..points.len())
+                .into_par_iter()
+                .with_min_len(256)
+                .map(|i| NearNoise::World.element(points, i))
+                .collect()
+        });
         let mut new = Vec::new();
         for (i, &key) in keys.iter().enumerate() {
             self.known.entry(key).or_insert_with(|| {
@@ -92,8 +106,22 @@ impl NearBoxes {
                         return NearPart::default();
                     }
                     phase.advance(1);
-                    let (sh, _, alpha) = far_at(world, proxy, points, i, field, &alone, alpha, seed);
-                    near_by_rays(world, proxy, &sh, points.p[i], points.ng[i], points.ns[i], points.footprint[i], &settings, alpha, seed, keys[i]).0
+                    let (sh, _, alpha) =
+                        far_at(world, proxy, points, i, field, &alone, alpha, seed);
+                    near_by_rays(
+                        world,
+                        proxy,
+                        &sh,
+                        points.p[i],
+                        points.ng[i],
+                        points.ns[i],
+                        points.footprint[i],
+                        &settings,
+                        alpha,
+                        seed,
+                        keys[i],
+                    )
+                    .0
                 })
                 .collect()
         });

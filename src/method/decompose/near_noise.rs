@@ -1,4 +1,5 @@
-//! What the random numbers of short rays are keyed by: what their noise sticks to when the camera moves.
+//! What the random numbers of short rays are keyed by: what their noise sticks to when the camera
+//! moves.
 //!
 //! | `near_noise` | Key | A picture | A film |
 //! |---|---|---|---|
@@ -6,7 +7,8 @@
 //! | `pixel` | pixel, and which of its points | independent everywhere | noise stands still on the screen while the scene moves under it |
 //! | `world` | box of space, at most a pixel wide, and facing | nearly independent | noise moves with the surface |
 //!
-//! Boxes of `world` have sides of powers of two, so that they stay while a camera comes nearer, until it is twice as near.
+//! Boxes of `world` have sides of powers of two, so that they stay while a camera comes nearer,
+//! until it is twice as near.
 //! Guarantees  a function of the shading points alone: never of threads or of earlier frames.
 
 use serde::{Deserialize, Serialize};
@@ -36,14 +38,24 @@ impl NearNoise {
         match self {
             Self::Point => i as u64,
             Self::Pixel => {
-                let earlier = points.pixel[..i].iter().rev().take_while(|&&p| p == points.pixel[i]).count();
+                let earlier =
+                    points.pixel[..i].iter().rev().take_while(|&&p| p == points.pixel[i]).count();
                 u64::from(points.pixel[i]) << 16 | earlier as u64
             }
             Self::World => {
                 let level = (points.footprint[i].max(f32::MIN_POSITIVE) * BOX).log2().floor();
                 let at = (points.p[i].as_dvec3() / f64::from(level.exp2())).floor();
                 let facing = (points.ns[i] * 2.0).round().as_i64vec3();
-                let words = [at.x as i64, at.y as i64, at.z as i64, level as i64, facing.x, facing.y, facing.z].map(|w| w as u64);
+                let words = [
+                    at.x as i64,
+                    at.y as i64,
+                    at.z as i64,
+                    level as i64,
+                    facing.x,
+                    facing.y,
+                    facing.z,
+                ]
+                .map(|w| w as u64);
                 words.into_iter().fold(0, |h, w| hash64(h ^ w).wrapping_add(0x9e37_79b9_7f4a_7c15))
             }
         }
@@ -64,11 +76,16 @@ mod tests {
             footprint: vec![0.1; shift + 2],
             ..ShadingPoints::default()
         };
-        let (a, b) = (points(0, Vec3::new(1.01, 2.01, 3.01)), points(4, Vec3::new(1.011, 2.012, 3.013)));
+        let (a, b) =
+            (points(0, Vec3::new(1.01, 2.01, 3.01)), points(4, Vec3::new(1.011, 2.012, 3.013)));
         let same = |noise: NearNoise| noise.element(&a, 0) == noise.element(&b, 4);
         assert!(!same(NearNoise::Point) && same(NearNoise::Pixel) && same(NearNoise::World));
         for noise in [NearNoise::Point, NearNoise::Pixel, NearNoise::World] {
-            assert_ne!(noise.element(&a, 0), noise.element(&a, 1), "{noise:?}: two sides of a sheet");
+            assert_ne!(
+                noise.element(&a, 0),
+                noise.element(&a, 1),
+                "{noise:?}: two sides of a sheet"
+            );
         }
         let aside = points(0, Vec3::new(1.11, 2.01, 3.01));
         assert_ne!(NearNoise::World.element(&a, 0), NearNoise::World.element(&aside, 0));

@@ -1,12 +1,15 @@
-//! Pass 3b by short rays instead of by cells: what is near is whatever a ray of length alpha hits, so visibility needs no assumption.
+//! Pass 3b by short rays instead of by cells: what is near is whatever a ray of length alpha hits,
+//! so visibility needs no assumption.
 //!
 //! ```text
 //! E_near = π/M Σ_{rays that hit a cell T} m_T (B_T/π − L_SH(ω))          ω cosine-distributed about N
 //! ```
-//! The same difference as the sum over cells, as an estimate: rays that hit nothing add nothing and no noise; the far field's rule for near
-//! hits ([`super::membership`]) is shared. Stratified by Owen–Sobol points of the shading point.
+//! The same difference as the sum over cells, as an estimate: rays that hit nothing add nothing and
+//! no noise; the far field's rule for near hits ([`super::membership`]) is shared. Stratified by
+//! Owen–Sobol points of the shading point.
 //!
-//! Guarantees  unbiased for the visible near cells, whatever hides what; any number of SH bands. Not: noise-free. Cost  M short rays a point.
+//! Guarantees  unbiased for the visible near cells, whatever hides what; any number of SH bands.
+//!             Not: noise-free. Cost  M short rays a point.
 
 use super::filter::NearPart;
 use super::{DecomposeSettings, membership};
@@ -18,9 +21,10 @@ use crate::sh::ShRgb;
 use crate::shading::World;
 use glam::Vec3;
 
-/// What near surfaces add to the far field's irradiance at `p` with unit geometric and shading normals `ng`, `ns` (may be negative), and
-/// the number of rays that hit something near. Nothing counts as closer than `footprint`, the side of a pixel (scene units): one hit at
-/// almost no distance would keep the filter from averaging a whole window.
+/// What near surfaces add to the far field's irradiance at `p` with unit geometric and shading
+/// normals `ng`, `ns` (may be negative), and the number of rays that hit something near. Nothing
+/// counts as closer than `footprint`, the side of a pixel (scene units): one hit at almost no
+/// distance would keep the filter from averaging a whole window.
 pub fn near_by_rays(
     world: &World,
     proxy: Proxy<'_>,
@@ -42,7 +46,8 @@ pub fn near_by_rays(
         if wi.dot(ng) <= 0.0 {
             continue;
         }
-        // A cell counts by its centroid's distance, which may be closer than the hit by up to one cell.
+        // A cell counts by its centroid's distance, which may be closer than the hit by up to one
+        // cell.
         let reach = alpha + proxy.cells.near_cell;
         let incident = proxy.incident(world, &Ray { t_max: reach, ..Ray::new(p, wi) });
         let Some(cell) = incident.cell else { continue };
@@ -54,5 +59,8 @@ pub fn near_by_rays(
         }
     }
     let rays = settings.near_rays as f32;
-    (NearPart { irradiance: sum * (std::f32::consts::PI / rays), closeness: closeness / rays }, hits)
+    (
+        NearPart { irradiance: sum * (std::f32::consts::PI / rays), closeness: closeness / rays },
+        hits,
+    )
 }

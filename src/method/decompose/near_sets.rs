@@ -1,4 +1,5 @@
-//! `near_visibility = "triangles+rays"`: the sum over near cells, each with the share of it that its cluster sees.
+//! `near_visibility = "triangles+rays"`: the sum over near cells, each with the share of it that
+//! its cluster sees.
 //!
 //! | Step | What | Rays |
 //! |---|---|---|
@@ -6,16 +7,22 @@
 //! | suspects | cells never hit, though their form factor F is above `NOTICEABLE`, and cells hit whose F is above `LARGE` | `TESTS` each, member to cell |
 //! | flagged | cells that some of these saw and some did not, where abs(B G/π − S) exceeds `near_tolerance` of the far irradiance | one a point, to a random place on the cell; below the tolerance the share itself is the weight |
 //!
-//! A suspect that no ray saw is dropped, one that all saw is trusted. A point uses the set of its heaviest cluster.
+//! A suspect that no ray saw is dropped, one that all saw is trusted. A point uses the set of its
+//! heaviest cluster.
 //!
-//! Measured, trimmed relMSE · CPU seconds (all of it): interior `rays` 0.00463 · 9.6, this 0.00418 · 12.1, `traced` 0.00488 · 14.0; Sponza by day
-//! 0.00481 · 8.5, 0.00464 · 9.2, 0.00481 · 12.9; by night 0.00070 · 17.0, 0.00070 · 17.3, 0.00067 · 21.0; veach_ajar 0.00451 · 1.9,
-//! 0.00430 · 2.2, 0.00394 · 3.7. On the hairball, where a cluster serves ten points, sets cost more than `traced` (12.1 s to 9.1). By
-//! the product of the two `rays` stays first and stays the default; this comes second, before `traced`.
+//! Measured, trimmed relMSE · CPU seconds (all of it): interior `rays` 0.00463 · 9.6, this 0.00418
+//! · 12.1, `traced` 0.00488 · 14.0; Sponza by day 0.00481 · 8.5, 0.00464 · 9.2, 0.00481 · 12.9; by
+//! night 0.00070 · 17.0, 0.00070 · 17.3, 0.00067 · 21.0; veach_ajar 0.00451 · 1.9, 0.00430 · 2.2,
+//! 0.00394 · 3.7. On the hairball, where a cluster serves ten points, sets cost more than `traced`
+//! (12.1 s to 9.1). By the product of the two `rays` stays first and stays the default; this comes
+//! second, before `traced`.
 //!
-//! Input   tree, points, clusters. Output  [`NearSets`]: blocks of the tree with the share of each lane.
-//! Guarantees  deterministic. Not: continuity where the heaviest cluster changes, cells seen by a few points only.
-//! Cost    per cluster: rays / 4 + 4 · suspects short rays; per point tens of ns a near cell that is seen.
+//! Input   tree, points, clusters. Output  [`NearSets`]: blocks of the tree with the share of each
+//!         lane.
+//! Guarantees  deterministic. Not: continuity where the heaviest cluster changes, cells seen by a
+//!             few points only.
+//! Cost    per cluster: rays / 4 + 4 · suspects short rays; per point tens of ns a near cell that
+//!         is seen.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -54,7 +61,8 @@ pub struct NearSets {
 impl NearSets {
     /// The set of one cluster.
     pub fn of(&self, cluster: u32) -> &[SetEntry] {
-        &self.entries[self.start[cluster as usize] as usize..self.start[cluster as usize + 1] as usize]
+        &self.entries
+            [self.start[cluster as usize] as usize..self.start[cluster as usize + 1] as usize]
     }
 
     /// Finds, suspects and tests; `reach` is how far from its centre a cluster serves.
@@ -70,8 +78,19 @@ impl NearSets {
         seed: u64,
         run: &Run,
     ) -> Self {
-        let cluster = Builder { world, proxy, tree, points, clusters, rays: settings.rays / 4, alpha, reach, seed };
-        let lists: Vec<(Vec<SetEntry>, u64)> = (0..clusters.len()).into_par_iter().with_min_len(8).map(|c| cluster.set(c)).collect();
+        let cluster = Builder {
+            world,
+            proxy,
+            tree,
+            points,
+            clusters,
+            rays: settings.rays / 4,
+            alpha,
+            reach,
+            seed,
+        };
+        let lists: Vec<(Vec<SetEntry>, u64)> =
+            (0..clusters.len()).into_par_iter().with_min_len(8).map(|c| cluster.set(c)).collect();
         let mut out = Self { start: vec![0], entries: Vec::new() };
         for (list, rays) in lists {
             out.entries.extend(list);
@@ -96,13 +115,15 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     fn set(&self, c: usize) -> (Vec<SetEntry>, u64) {
-        let (members, center, n) = (self.clusters.members_of(c), self.clusters.center[c], self.clusters.normal[c]);
+        let (members, center, n) =
+            (self.clusters.members_of(c), self.clusters.center[c], self.clusters.normal[c]);
         let mut rng = Rng::new(self.seed, Stream::Near, c as u64, 2);
         let found = self.found(c, members);
         let mut rays = u64::from(self.rays);
         let mut entries = Vec::new();
         let slack = self.clusters.radius[c];
-        let (alpha, reach) = (self.alpha * self.clusters.scale_of(c), self.reach * self.clusters.scale_of(c));
+        let (alpha, reach) =
+            (self.alpha * self.clusters.scale_of(c), self.reach * self.clusters.scale_of(c));
         self.tree.blocks_near(center, alpha + reach, n, slack, &mut |block, ids| {
             let mut share = [0u8; 8];
             for (s, &cell) in share.iter_mut().zip(ids) {
@@ -110,12 +131,17 @@ impl Builder<'_> {
                 let to = self.proxy.cells.centroids[cell as usize] - center;
                 let front = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
                 let area = front.length() * 0.5;
-                let high = corners.iter().map(|&v| (v - center).dot(n)).fold(f32::NEG_INFINITY, f32::max) > -slack;
-                let facing = !self.proxy.cells.one_sided[cell as usize] || front.dot(-to) > -2.0 * area * reach;
+                let high =
+                    corners.iter().map(|&v| (v - center).dot(n)).fold(f32::NEG_INFINITY, f32::max)
+                        > -slack;
+                let facing = !self.proxy.cells.one_sided[cell as usize]
+                    || front.dot(-to) > -2.0 * area * reach;
                 if !high || !facing || to.length() > alpha + reach {
                     continue;
                 }
-                let form_factor = area / (std::f32::consts::PI * (to.length() - 0.5 * reach).max(0.0).powi(2)).max(2.0 * area);
+                let form_factor = area
+                    / (std::f32::consts::PI * (to.length() - 0.5 * reach).max(0.0).powi(2))
+                        .max(2.0 * area);
                 let seen = found.binary_search(&cell).is_ok();
                 *s = if form_factor > LARGE || (!seen && form_factor > NOTICEABLE) {
                     self.test(corners, front, cell, members, &mut rng, &mut rays)
@@ -137,10 +163,19 @@ impl Builder<'_> {
         let sobol = Sobol::new(self.seed, Stream::Near, (1 << 40) | c as u64);
         let mut found: Vec<u32> = (0..self.rays)
             .filter_map(|r| {
-                let m = members[((sobol.sample_1d(r, 0) * members.len() as f32) as usize).min(members.len() - 1)] as usize;
-                let wi = Frame::from_normal(self.points.ns[m]).world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 1)));
-                let ray = Ray { t_max: self.alpha + self.proxy.cells.near_cell, ..Ray::new(self.points.p[m], wi) };
-                if wi.dot(self.points.ng[m]) > 0.0 { self.proxy.incident(self.world, &ray).cell } else { None }
+                let m = members[((sobol.sample_1d(r, 0) * members.len() as f32) as usize)
+                    .min(members.len() - 1)] as usize;
+                let wi = Frame::from_normal(self.points.ns[m])
+                    .world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 1)));
+                let ray = Ray {
+                    t_max: self.alpha + self.proxy.cells.near_cell,
+                    ..Ray::new(self.points.p[m], wi)
+                };
+                if wi.dot(self.points.ng[m]) > 0.0 {
+                    self.proxy.incident(self.world, &ray).cell
+                } else {
+                    None
+                }
             })
             .collect();
         found.sort_unstable();
@@ -149,18 +184,31 @@ impl Builder<'_> {
     }
 
     /// How many of [`TESTS`] rays from random members to random places on the cell are free.
-    fn test(&self, corners: [Vec3; 3], front: Vec3, cell: u32, members: &[u32], rng: &mut Rng, rays: &mut u64) -> u8 {
+    fn test(
+        &self,
+        corners: [Vec3; 3],
+        front: Vec3,
+        cell: u32,
+        members: &[u32],
+        rng: &mut Rng,
+        rays: &mut u64,
+    ) -> u8 {
         let (mut tested, mut free) = (0u32, 0u32);
         for _ in 0..TESTS {
             let m = members[rng.below(members.len())] as usize;
             let uv = sample_triangle(rng.next_2d());
             let p = self.points.p[m];
-            let to = corners[0] + (corners[1] - corners[0]) * uv.x + (corners[2] - corners[0]) * uv.y - p;
-            if to.dot(self.points.ng[m]) <= 0.0 || (self.proxy.cells.one_sided[cell as usize] && front.dot(to) >= 0.0) {
+            let to =
+                corners[0] + (corners[1] - corners[0]) * uv.x + (corners[2] - corners[0]) * uv.y
+                    - p;
+            if to.dot(self.points.ng[m]) <= 0.0
+                || (self.proxy.cells.one_sided[cell as usize] && front.dot(to) >= 0.0)
+            {
                 continue;
             }
             tested += 1;
-            free += u32::from(!self.world.rays.occluded(&Ray { t_max: 1.0 - 1e-3, ..Ray::new(p, to) }));
+            free +=
+                u32::from(!self.world.rays.occluded(&Ray { t_max: 1.0 - 1e-3, ..Ray::new(p, to) }));
         }
         *rays += u64::from(tested);
         // A cell that no tested member can face is left to the sum's own test of planes.

@@ -1,12 +1,17 @@
-//! Proxy and clusters for all views of a known camera path at once: nothing that a frame needs appears in the middle of it.
+//! Proxy and clusters for all views of a known camera path at once: nothing that a frame needs
+//! appears in the middle of it.
 //!
-//! A cluster that appears changes the blend of those around it, which is seen as a pop. So every frame is looked at beforehand, by one ray a
-//! pixel; boxes of a quarter of `cluster_radius` keep the first two points of every facing that fall into them, in the order of the frames;
-//! what is kept is clustered and sampled as the points of one picture would be. The frames then add nothing.
+//! A cluster that appears changes the blend of those around it, which is seen as a pop. So every
+//! frame is looked at beforehand, by one ray a pixel; boxes of a quarter of `cluster_radius` keep
+//! the first two points of every facing that fall into them, in the order of the frames; what is
+//! kept is clustered and sampled as the points of one picture would be. The frames then add
+//! nothing.
 //!
 //! Input   [`World`], views. Output  [`Prepared`] without camera samples, for [`Prepared::look`].
-//! Guarantees  bit-identical for any thread count. Memory  two points a box of the surface that the path sees, whatever the number of frames.
-//! Not     clusters for what only falls between the rays of one a pixel: such points blend the clusters in reach, or take the nearest.
+//! Guarantees  bit-identical for any thread count. Memory  two points a box of the surface that the
+//!             path sees, whatever the number of frames.
+//! Not     clusters for what only falls between the rays of one a pixel: such points blend the
+//!         clusters in reach, or take the nearest.
 
 use std::collections::HashMap;
 
@@ -38,7 +43,8 @@ fn look(world: &World, view: &Camera, run: &Run) -> Vec<Surface> {
         };
         (0..view.width).filter_map(see).filter(|s| s.albedo.max_element() > 0.0).collect::<Vec<_>>()
     };
-    let rows: Vec<Vec<Surface>> = run.install(|| (0..view.height).into_par_iter().map(row).collect());
+    let rows: Vec<Vec<Surface>> =
+        run.install(|| (0..view.height).into_par_iter().map(row).collect());
     rows.concat()
 }
 
@@ -50,7 +56,9 @@ fn thinned(world: &World, views: &[Camera], side: f32, run: &Run) -> Result<Shad
     for view in views {
         run.check()?;
         for s in look(world, view, run) {
-            let kept = boxes.entry(((s.p / side).floor().as_ivec3(), (s.ns * 1.5).round().as_ivec3())).or_default();
+            let kept = boxes
+                .entry(((s.p / side).floor().as_ivec3(), (s.ns * 1.5).round().as_ivec3()))
+                .or_default();
             if *kept < KEPT {
                 *kept += 1;
                 points.p.push(offset_origin(s.p, s.ng, world.diagonal));
@@ -67,7 +75,14 @@ fn thinned(world: &World, views: &[Camera], side: f32, run: &Run) -> Result<Shad
 ///
 /// # Errors
 /// As [`super::prepare`]; as [`super::resume`] for a known proxy of other cells.
-pub fn plan(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, views: &[Camera], known: Option<Known>, run: &Run) -> Result<Prepared> {
+pub fn plan(
+    world: &World,
+    settings: &DecomposeSettings,
+    inputs: Inputs<'_>,
+    views: &[Camera],
+    known: Option<Known>,
+    run: &Run,
+) -> Result<Prepared> {
     let mut prepared = match known {
         Some(known) => {
             let mut prepared = Prepared::known(world, settings, inputs, known, run)?;
@@ -79,7 +94,8 @@ pub fn plan(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, vie
             settings.validate()?;
             inputs.record.validate()?;
             let cells = cells(world, inputs, run)?;
-            let (radiosity, proxy_stats) = solve_for(world, &cells, inputs.photon, views, inputs.seed, run)?;
+            let (radiosity, proxy_stats) =
+                solve_for(world, &cells, inputs.photon, views, inputs.seed, run)?;
             let stage = Stage { cells, radiosity, proxy_stats, samples: CameraSamples::default() };
             Prepared { stage, ..Prepared::empty(settings.lengths(world.diagonal)) }
         }
@@ -87,7 +103,18 @@ pub fn plan(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, vie
     let points = thinned(world, views, prepared.lengths.cluster_radius / BOXES, run)?;
     let all = (0..points.len() as u32).collect();
     let Prepared { stage, clusters, sh, lengths, .. } = &mut prepared;
-    let (_, seconds) = extend::extend(world, stage.proxy(), &points, all, clusters, sh, settings, lengths, inputs.seed, run)?;
+    let (_, seconds) = extend::extend(
+        world,
+        stage.proxy(),
+        &points,
+        all,
+        clusters,
+        sh,
+        settings,
+        lengths,
+        inputs.seed,
+        run,
+    )?;
     prepared.sample_seconds = seconds;
     prepared.clusters.forget_members();
     Ok(prepared)

@@ -1,15 +1,19 @@
-//! Far hits shared between clusters: every cluster's fit takes the hits of the clusters around it, each seen from its own centre.
+//! Far hits shared between clusters: every cluster's fit takes the hits of the clusters around it,
+//! each seen from its own centre.
 //!
 //! ```text
 //! hit y of cluster i, seen from centre c:   wi' = (y − c)/|y − c|      dω' = dω · J,   J = (cos θ'_y / cos θ_y) (|y − p|² / |y − c|²)
 //! weight in the fit:   k(|c − Pᵢ|) · max(0, N·Nᵢ)^p · min(J, 4) · (1 − m)      m = larger membership of y in the near balls of p and c
 //! ```
-//! Seen from a step aside a distant hit keeps its radiance (surfaces are diffuse) and changes only direction and solid angle: parallax is exact,
-//! so neighbours serve as if they were rays of one's own. Near hits do not: their solid angle changes without bound and what hides them
-//! changes too, so a cluster uses only its own (weight 1 − 0.9 m).
+//! Seen from a step aside a distant hit keeps its radiance (surfaces are diffuse) and changes only
+//! direction and solid angle: parallax is exact, so neighbours serve as if they were rays of one's
+//! own. Near hits do not: their solid angle changes without bound and what hides them changes too,
+//! so a cluster uses only its own (weight 1 − 0.9 m).
 //!
-//! Guarantees  with one cluster, or `pool_radius = 0`, the plain fit of its own rays; a constant field stays constant.
-//! Not         visibility: what a neighbour saw may be hidden from here, an error of the size that blending their SH would make.
+//! Guarantees  with one cluster, or `pool_radius = 0`, the plain fit of its own rays; a constant
+//!             field stays constant.
+//! Not         visibility: what a neighbour saw may be hidden from here, an error of the size that
+//!             blending their SH would make.
 //! Cost        ~30 ns a pooled hit at three bands. Knob `pool_radius`, default 2 cluster radii.
 
 use glam::Vec3;
@@ -54,8 +58,21 @@ pub struct Pool<'a> {
 
 impl<'a> Pool<'a> {
     /// `hits` by cluster; with `sight` only clusters that see each other share.
-    pub fn new(clusters: &'a Clusters, hits: &'a [Vec<FarHit>], sight: Option<&'a Sight<'a>>, settings: &'a DecomposeSettings, lengths: Lengths) -> Self {
-        Self { clusters, hits, sight, settings, lengths, tree: KdTree::new(clusters.center.iter().copied()) }
+    pub fn new(
+        clusters: &'a Clusters,
+        hits: &'a [Vec<FarHit>],
+        sight: Option<&'a Sight<'a>>,
+        settings: &'a DecomposeSettings,
+        lengths: Lengths,
+    ) -> Self {
+        Self {
+            clusters,
+            hits,
+            sight,
+            settings,
+            lengths,
+            tree: KdTree::new(clusters.center.iter().copied()),
+        }
     }
 
     /// SH of one cluster.
@@ -64,14 +81,29 @@ impl<'a> Pool<'a> {
         for hit in &self.hits[cluster] {
             fit.add(hit.wi, hit.radiance, 1.0 - 0.9 * hit.membership);
         }
-        let (c, n, reach) = (self.clusters.center[cluster], self.clusters.normal[cluster], self.lengths.pool_radius);
+        let (c, n, reach) = (
+            self.clusters.center[cluster],
+            self.clusters.normal[cluster],
+            self.lengths.pool_radius,
+        );
         if reach > 0.0 {
             self.tree.within(c, reach, |i, offset| {
                 let i = i as usize;
                 let near = (1.0 - offset.length_squared() / (reach * reach)).max(0.0);
-                let weight = near * self.clusters.normal[i].dot(n).max(0.0).powf(self.settings.blend_normal_power);
-                if i != cluster && weight > 0.01 && self.sight.is_none_or(|s| s.between(cluster, i)) {
-                    self.add(&mut fit, c, weight, self.lengths.alpha * self.clusters.scale_of(cluster), &self.hits[i]);
+                let weight = near
+                    * self.clusters.normal[i]
+                        .dot(n)
+                        .max(0.0)
+                        .powf(self.settings.blend_normal_power);
+                if i != cluster && weight > 0.01 && self.sight.is_none_or(|s| s.between(cluster, i))
+                {
+                    self.add(
+                        &mut fit,
+                        c,
+                        weight,
+                        self.lengths.alpha * self.clusters.scale_of(cluster),
+                        &self.hits[i],
+                    );
                 }
             });
         }
@@ -121,36 +153,61 @@ mod tests {
 
     fn clusters(centers: &[Vec3]) -> Clusters {
         let n = centers.len();
-        Clusters { center: centers.to_vec(), normal: vec![Vec3::Z; n], radius: vec![0.1; n], start: vec![0; n + 1], ..Clusters::default() }
+        Clusters {
+            center: centers.to_vec(),
+            normal: vec![Vec3::Z; n],
+            radius: vec![0.1; n],
+            start: vec![0; n + 1],
+            ..Clusters::default()
+        }
     }
 
     #[test]
     fn a_neighbours_hits_are_seen_from_the_own_centre() {
-        let settings = DecomposeSettings { pool_radius: Some(super::super::Length::Units(1.0)), ..DecomposeSettings::default() };
+        let settings = DecomposeSettings {
+            pool_radius: Some(super::super::Length::Units(1.0)),
+            ..DecomposeSettings::default()
+        };
         let lengths = Lengths { alpha: 0.1, ..settings.lengths(1.0) };
         let (here, there) = (Vec3::ZERO, Vec3::new(0.4, 0.0, 0.0));
         let clusters = clusters(&[here, there]);
-        let fitted = |own: Vec<FarHit>, other: Vec<FarHit>| Pool::new(&clusters, &[own, other], None, &settings, lengths).fit(0).irradiance(Vec3::Z).x;
+        let fitted = |own: Vec<FarHit>, other: Vec<FarHit>| {
+            Pool::new(&clusters, &[own, other], None, &settings, lengths)
+                .fit(0)
+                .irradiance(Vec3::Z)
+                .x
+        };
         let truth = std::f32::consts::FRAC_PI_2;
         let pooled = fitted(Vec::new(), under_a_ceiling(there));
         let unmoved = fitted(under_a_ceiling(there), Vec::new());
-        // Half the cosine-weighted hemisphere looks at the bright half. The fit spreads what it cannot represent: a few percent.
+        // Half the cosine-weighted hemisphere looks at the bright half. The fit spreads what it
+        // cannot represent: a few percent.
         assert!((pooled / truth - 1.0).abs() < 0.04, "{pooled} {truth}");
         assert!((unmoved / truth - 1.0).abs() > 0.2, "{unmoved} {truth}");
     }
 
     #[test]
     fn no_reach_is_the_own_fit_and_a_constant_stays() {
-        let mut settings = DecomposeSettings { pool_radius: Some(super::super::Length::Units(0.0)), ..DecomposeSettings::default() };
+        let mut settings = DecomposeSettings {
+            pool_radius: Some(super::super::Length::Units(0.0)),
+            ..DecomposeSettings::default()
+        };
         let clusters = clusters(&[Vec3::ZERO, Vec3::new(0.4, 0.0, 0.0)]);
         let mut hits = [under_a_ceiling(clusters.center[0]), under_a_ceiling(clusters.center[1])];
         let alone = Pool::new(&clusters, &hits, None, &settings, settings.lengths(1.0)).fit(0);
         hits[1].clear();
-        assert_eq!(Pool::new(&clusters, &hits, None, &settings, settings.lengths(1.0)).fit(0), alone);
+        assert_eq!(
+            Pool::new(&clusters, &hits, None, &settings, settings.lengths(1.0)).fit(0),
+            alone
+        );
         settings.pool_radius = Some(super::super::Length::Units(1.0));
         hits[1] = under_a_ceiling(clusters.center[1]);
         hits.iter_mut().flatten().for_each(|h| h.radiance = Rgb::new(1.0, 2.0, 3.0));
         let constant = Pool::new(&clusters, &hits, None, &settings, settings.lengths(1.0)).fit(0);
-        assert!((constant.irradiance(Vec3::Z) / std::f32::consts::PI - Rgb::new(1.0, 2.0, 3.0)).length() < 1e-4);
+        assert!(
+            (constant.irradiance(Vec3::Z) / std::f32::consts::PI - Rgb::new(1.0, 2.0, 3.0))
+                .length()
+                < 1e-4
+        );
     }
 }

@@ -1,8 +1,10 @@
 //! Pass 3: irradiance at every shading point: far by interpolation, near by the analytic sum.
 //!
-//! E = max(0, E_far + k · (Σ m B G/π − Σ m S)). With `overlap = "scale"` k = min(1, 1/Σ form factors, E_far/Σ m S in the channel where that is
-//! least), so that cells hiding one another can take away no more than there is, in any colour; else k = 1. Only the sum is clamped: single
-//! terms may be negative and must stay so, or a closed surround would no longer cancel the far field exactly.
+//! E = max(0, E_far + k · (Σ m B G/π − Σ m S)). With `overlap = "scale"` k = min(1, 1/Σ form
+//! factors, E_far/Σ m S in the channel where that is least), so that cells hiding one another can
+//! take away no more than there is, in any colour; else k = 1. Only the sum is clamped: single
+//! terms may be negative and must stay so, or a closed surround would no longer cancel the far
+//! field exactly.
 
 use rayon::prelude::*;
 
@@ -37,8 +39,8 @@ pub struct PointIrradiance {
     pub closeness: f32,
 }
 
-/// Irradiance at `p` with unit normal `n` for a given far field and the near sum over `tree`, or over `set` of its blocks; the far field
-/// alone without one.
+/// Irradiance at `p` with unit normal `n` for a given far field and the near sum over `tree`, or
+/// over `set` of its blocks; the far field alone without one.
 pub fn point(
     world: &World,
     tree: Option<&NearTree>,
@@ -52,13 +54,21 @@ pub fn point(
 ) -> (PointIrradiance, u64) {
     let far = sh.irradiance(n);
     let Some(tree) = tree.filter(|_| settings.near_visibility != NearVisibility::Off) else {
-        return (PointIrradiance { total: far.max(Rgb::ZERO), far, ..PointIrradiance::default() }, 0);
+        return (
+            PointIrradiance { total: far.max(Rgb::ZERO), far, ..PointIrradiance::default() },
+            0,
+        );
     };
     let query = NearQuery {
         alpha,
-        trace: matches!(settings.near_visibility, NearVisibility::Traced | NearVisibility::TrianglesRays).then_some(world),
+        trace: matches!(
+            settings.near_visibility,
+            NearVisibility::Traced | NearVisibility::TrianglesRays
+        )
+        .then_some(world),
         flagged: set.is_some().then(|| (sh, settings.near_tolerance * far.element_sum() / 3.0)),
-        monte_carlo: (settings.near_integral == NearIntegral::MonteCarlo).then_some((sh, settings.near_samples)),
+        monte_carlo: (settings.near_integral == NearIntegral::MonteCarlo)
+            .then_some((sh, settings.near_samples)),
     };
     let near = match set {
         Some(set) => tree.sum_set(p, n, set, &query, rng),
@@ -68,12 +78,20 @@ pub fn point(
         NearIntegral::Exact => Quadratic::new(sh, n).integral(&near.moments),
         NearIntegral::MonteCarlo => near.covered,
     };
-    let scale = if settings.overlap == Overlap::Scale { overlap_scale(far, covered, near.form_factor) } else { 1.0 };
+    let scale = if settings.overlap == Overlap::Scale {
+        overlap_scale(far, covered, near.form_factor)
+    } else {
+        1.0
+    };
     let total = (far + (near.sent - covered) * scale).max(Rgb::ZERO);
-    (PointIrradiance { total, far, cluster: None, near_cells: near.cells, closeness: 0.0 }, u64::from(near.rays))
+    (
+        PointIrradiance { total, far, cluster: None, near_cells: near.cells, closeness: 0.0 },
+        u64::from(near.rays),
+    )
 }
 
-/// The largest k ≤ 1 for which the near cells cover neither more than the hemisphere nor, in any channel, more than the far field holds.
+/// The largest k ≤ 1 for which the near cells cover neither more than the hemisphere nor, in any
+/// channel, more than the far field holds.
 fn overlap_scale(far: Rgb, covered: Rgb, form_factor: f32) -> f32 {
     let mut k = 1.0 / form_factor.max(1.0);
     for c in 0..3 {
@@ -89,7 +107,8 @@ pub(super) fn alone(settings: &DecomposeSettings) -> DecomposeSettings {
     DecomposeSettings { rays: settings.rays.div_ceil(4), ..settings.clone() }
 }
 
-/// The far field at point `i`, the cluster of the largest weight and alpha there; sampled as [`alone`] says where no cluster may serve.
+/// The far field at point `i`, the cluster of the largest weight and alpha there; sampled as
+/// [`alone`] says where no cluster may serve.
 pub(super) fn far_at(
     world: &World,
     proxy: Proxy<'_>,
@@ -104,7 +123,11 @@ pub(super) fn far_at(
     const OWN: u64 = 1 << 40;
     match field.at(points.p[i], points.ns[i]) {
         Some(far) => (far.sh, Some(far.cluster), alpha * far.scale),
-        None => (sample_cluster(world, proxy, points, &[i as u32], alone, alpha, seed, OWN | i as u64), None, alpha),
+        None => (
+            sample_cluster(world, proxy, points, &[i as u32], alone, alpha, seed, OWN | i as u64),
+            None,
+            alpha,
+        ),
     }
 }
 
@@ -159,21 +182,56 @@ pub fn reconstruct_with(
                 let out = range
                     .map(|i| {
                         let (p, n) = (points.p[i], points.ns[i]);
-                        let (sh, cluster, alpha) = far_at(world, proxy, points, i, field, &alone, alpha, seed);
+                        let (sh, cluster, alpha) =
+                            far_at(world, proxy, points, i, field, &alone, alpha, seed);
                         own += if cluster.is_none() { u64::from(alone.rays) } else { 0 };
                         if settings.near_visibility == NearVisibility::Rays {
                             if let Some(near) = near {
                                 let far = sh.irradiance(n);
-                                return PointIrradiance { total: far + near[i].irradiance, far, cluster, near_cells: 0, closeness: near[i].closeness };
+                                return PointIrradiance {
+                                    total: far + near[i].irradiance,
+                                    far,
+                                    cluster,
+                                    near_cells: 0,
+                                    closeness: near[i].closeness,
+                                };
                             }
                             rays += u64::from(settings.near_rays);
                             let far = sh.irradiance(n);
                             let key = settings.near_noise.element(points, i);
-                            let (near, near_cells) = near_by_rays(world, proxy, &sh, p, points.ng[i], n, points.footprint[i], settings, alpha, seed, key);
-                            return PointIrradiance { total: far + near.irradiance, far, cluster, near_cells, closeness: near.closeness };
+                            let (near, near_cells) = near_by_rays(
+                                world,
+                                proxy,
+                                &sh,
+                                p,
+                                points.ng[i],
+                                n,
+                                points.footprint[i],
+                                settings,
+                                alpha,
+                                seed,
+                                key,
+                            );
+                            return PointIrradiance {
+                                total: far + near.irradiance,
+                                far,
+                                cluster,
+                                near_cells,
+                                closeness: near.closeness,
+                            };
                         }
                         let mut rng = Rng::new(seed, Stream::Near, i as u64, 0);
-                        let (found, shot) = point(world, tree, sets.zip(cluster).map(|(s, c)| s.of(c)), &sh, p, n, settings, alpha, &mut rng);
+                        let (found, shot) = point(
+                            world,
+                            tree,
+                            sets.zip(cluster).map(|(s, c)| s.of(c)),
+                            &sh,
+                            p,
+                            n,
+                            settings,
+                            alpha,
+                            &mut rng,
+                        );
                         rays += shot;
                         PointIrradiance { cluster, ..found }
                     })
@@ -188,13 +246,25 @@ pub fn reconstruct_with(
     let mut found = blocks.concat();
     if settings.near_visibility == NearVisibility::Rays {
         if settings.near_filter > 0 {
-            let near: Vec<NearPart> = found.iter().map(|f| NearPart { irradiance: f.total - f.far, closeness: f.closeness }).collect();
+            let near: Vec<NearPart> = found
+                .iter()
+                .map(|f| NearPart { irradiance: f.total - f.far, closeness: f.closeness })
+                .collect();
             let hidden = run.install(|| field.hidden_pairs());
             let apart = |i: usize, j: usize| match (found[i].cluster, found[j].cluster) {
                 (Some(a), Some(b)) => hidden.get(a as usize).is_some_and(|h| h.contains(&b)),
                 _ => !hidden.is_empty(),
             };
-            let near = run.install(|| filter(points, &near, world.camera.width, settings.near_filter, settings.near_filter_reach, apart));
+            let near = run.install(|| {
+                filter(
+                    points,
+                    &near,
+                    world.camera.width,
+                    settings.near_filter,
+                    settings.near_filter_reach,
+                    apart,
+                )
+            });
             found.iter_mut().zip(near).for_each(|(f, near)| f.total = f.far + near);
         }
         found.iter_mut().for_each(|f| f.total = f.total.max(Rgb::ZERO));

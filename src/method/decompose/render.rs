@@ -46,7 +46,12 @@ pub struct Prepared {
 ///
 /// # Errors
 /// As [`Stage::new`].
-pub fn prepare(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, run: &Run) -> Result<Prepared> {
+pub fn prepare(
+    world: &World,
+    settings: &DecomposeSettings,
+    inputs: Inputs<'_>,
+    run: &Run,
+) -> Result<Prepared> {
     settings.validate()?;
     let stage = Stage::new(world, inputs, run)?;
     let mut prepared = Prepared { stage, ..Prepared::empty(settings.lengths(world.diagonal)) };
@@ -54,11 +59,18 @@ pub fn prepare(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, 
     Ok(prepared)
 }
 
-/// As [`prepare`], but from what is known: only what this camera sees and nothing covers is computed.
+/// As [`prepare`], but from what is known: only what this camera sees and nothing covers is
+/// computed.
 ///
 /// # Errors
 /// As [`prepare`]; [`Error::Render`] when the known proxy is not of this scene's cells.
-pub fn resume(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, known: Known, run: &Run) -> Result<Prepared> {
+pub fn resume(
+    world: &World,
+    settings: &DecomposeSettings,
+    inputs: Inputs<'_>,
+    known: Known,
+    run: &Run,
+) -> Result<Prepared> {
     let mut prepared = Prepared::known(world, settings, inputs, known, run)?;
     prepared.look(world, settings, inputs, true, run)?;
     Ok(prepared)
@@ -67,37 +79,76 @@ pub fn resume(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, k
 impl Prepared {
     pub(super) fn empty(lengths: Lengths) -> Self {
         let stage = Stage::default();
-        Self { lengths, stage, clusters: Clusters::default(), sh: Vec::new(), sample_seconds: 0.0, earlier: 0, sides_added: 0 }
+        Self {
+            lengths,
+            stage,
+            clusters: Clusters::default(),
+            sh: Vec::new(),
+            sample_seconds: 0.0,
+            earlier: 0,
+            sides_added: 0,
+        }
     }
 
     /// What is known, without a view; [`Prepared::look`] gives it one.
     ///
     /// # Errors
     /// As [`resume`].
-    pub fn known(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, known: Known, run: &Run) -> Result<Self> {
+    pub fn known(
+        world: &World,
+        settings: &DecomposeSettings,
+        inputs: Inputs<'_>,
+        known: Known,
+        run: &Run,
+    ) -> Result<Self> {
         settings.validate()?;
         inputs.record.validate()?;
         let cells = cells(world, inputs, run)?;
         if cells.len() != known.radiosity.len() {
-            return Err(Error::Render(format!("the loaded proxy has {} cells, the scene {}: render without --load-cache", known.radiosity.len(), cells.len())));
+            return Err(Error::Render(format!(
+                "the loaded proxy has {} cells, the scene {}: render without --load-cache",
+                known.radiosity.len(),
+                cells.len()
+            )));
         }
         let proxy_stats = ProxyStats { cells: cells.len(), ..ProxyStats::default() };
         let clusters = known.clusters();
-        let stage = Stage { cells, radiosity: known.radiosity, proxy_stats, samples: CameraSamples::default() };
+        let stage = Stage {
+            cells,
+            radiosity: known.radiosity,
+            proxy_stats,
+            samples: CameraSamples::default(),
+        };
         Ok(Self { stage, clusters, sh: known.sh, ..Self::empty(settings.lengths(world.diagonal)) })
     }
 
-    /// Turns to the world's present camera; with `extend`, proxy and clusters are extended to all it sees, else they stay.
+    /// Turns to the world's present camera; with `extend`, proxy and clusters are extended to all
+    /// it sees, else they stay.
     ///
     /// # Errors
     /// [`Error::Interrupted`].
-    pub fn look(&mut self, world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, extend: bool, run: &Run) -> Result<()> {
+    pub fn look(
+        &mut self,
+        world: &World,
+        settings: &DecomposeSettings,
+        inputs: Inputs<'_>,
+        extend: bool,
+        run: &Run,
+    ) -> Result<()> {
         self.sides_added = 0;
         self.sample_seconds = 0.0;
         if extend {
             let stage = &mut self.stage;
             let views = std::slice::from_ref(&world.camera);
-            let more = photon::extend(world, &stage.cells, &mut stage.radiosity, inputs.photon, views, inputs.seed, run)?;
+            let more = photon::extend(
+                world,
+                &stage.cells,
+                &mut stage.radiosity,
+                inputs.photon,
+                views,
+                inputs.seed,
+                run,
+            )?;
             self.sides_added = more.sides;
         }
         self.stage.samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
@@ -110,7 +161,13 @@ impl Prepared {
     }
 
     /// Clusters for every recorded point that has none.
-    fn cover(&mut self, world: &World, settings: &DecomposeSettings, seed: u64, run: &Run) -> Result<()> {
+    fn cover(
+        &mut self,
+        world: &World,
+        settings: &DecomposeSettings,
+        seed: u64,
+        run: &Run,
+    ) -> Result<()> {
         self.earlier = self.clusters.len();
         let Stage { cells, radiosity, samples, .. } = &self.stage;
         let proxy = Proxy { cells, radiosity };
@@ -121,7 +178,18 @@ impl Prepared {
             (pixel % samples.width) % stride == 0 && (pixel / samples.width) % stride == 0
         };
         let chosen: Vec<u32> = (0..points.len() as u32).filter(chosen).collect();
-        (_, self.sample_seconds) = extend(world, proxy, points, chosen, &mut self.clusters, &mut self.sh, settings, &self.lengths, seed, run)?;
+        (_, self.sample_seconds) = extend(
+            world,
+            proxy,
+            points,
+            chosen,
+            &mut self.clusters,
+            &mut self.sh,
+            settings,
+            &self.lengths,
+            seed,
+            run,
+        )?;
         Ok(())
     }
 }
@@ -132,7 +200,10 @@ fn locations(prepared: &Prepared) -> Locations {
     let points = &stage.samples.points;
     let nearest = |c: usize| {
         let distance = |i: u32| points.p[i as usize].distance_squared(clusters.center[c]);
-        let member = clusters.members_of(c).iter().min_by(|&&a, &&b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)));
+        let member = clusters
+            .members_of(c)
+            .iter()
+            .min_by(|&&a, &&b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)));
         member.map(|&m| points.pixel[m as usize])
     };
     Locations {
@@ -144,11 +215,17 @@ fn locations(prepared: &Prepared) -> Locations {
     }
 }
 
-/// The picture by the three passes, with layers `far`, `near`, `cluster.id` and `location` beside the common ones.
+/// The picture by the three passes, with layers `far`, `near`, `cluster.id` and `location` beside
+/// the common ones.
 ///
 /// # Errors
 /// As [`prepare`].
-pub fn render(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+pub fn render(
+    world: &World,
+    settings: &DecomposeSettings,
+    inputs: Inputs<'_>,
+    run: &Run,
+) -> Result<Rendered> {
     picture(world, settings, &prepare(world, settings, inputs, run)?, inputs.seed, run)
 }
 
@@ -156,36 +233,90 @@ pub fn render(world: &World, settings: &DecomposeSettings, inputs: Inputs<'_>, r
 ///
 /// # Errors
 /// [`Error::Interrupted`].
-pub fn picture(world: &World, settings: &DecomposeSettings, prepared: &Prepared, seed: u64, run: &Run) -> Result<Rendered> {
+pub fn picture(
+    world: &World,
+    settings: &DecomposeSettings,
+    prepared: &Prepared,
+    seed: u64,
+    run: &Run,
+) -> Result<Rendered> {
     picture_with(world, settings, prepared, None, seed, run)
 }
 
-/// As [`picture`]; with `boxes`, and near visibility by rays, the near part is kept there from picture to picture.
+/// As [`picture`]; with `boxes`, and near visibility by rays, the near part is kept there from
+/// picture to picture.
 ///
 /// # Errors
 /// [`Error::Interrupted`].
-pub fn picture_with(world: &World, settings: &DecomposeSettings, prepared: &Prepared, boxes: Option<&mut NearBoxes>, seed: u64, run: &Run) -> Result<Rendered> {
+pub fn picture_with(
+    world: &World,
+    settings: &DecomposeSettings,
+    prepared: &Prepared,
+    boxes: Option<&mut NearBoxes>,
+    seed: u64,
+    run: &Run,
+) -> Result<Rendered> {
     let (samples, proxy) = (&prepared.stage.samples, prepared.stage.proxy());
     let tree = settings.sums_cells().then(|| {
         let _phase = run.phase("reconstruct", 1);
         run.install(|| NearTree::new(proxy))
     });
-    let field = FarField::new(&prepared.clusters, &prepared.sh, prepared.lengths.blend_radius, settings.blend_normal_power);
-    let field = if settings.sight { field.with_sight(Sight::new(world, &prepared.clusters)) } else { field };
-    if settings.near_visibility == NearVisibility::TrianglesRays && (0..prepared.clusters.len()).any(|c| prepared.clusters.members_of(c).is_empty()) {
+    let field = FarField::new(
+        &prepared.clusters,
+        &prepared.sh,
+        prepared.lengths.blend_radius,
+        settings.blend_normal_power,
+    );
+    let field = if settings.sight {
+        field.with_sight(Sight::new(world, &prepared.clusters))
+    } else {
+        field
+    };
+    if settings.near_visibility == NearVisibility::TrianglesRays
+        && (0..prepared.clusters.len()).any(|c| prepared.clusters.members_of(c).is_empty())
+    {
         let fix = "\"triangles+rays\" starts rays from the points of every cluster, which clusters of a file or of other views have lost; use \"rays\"";
         return Err(Error::setting("decompose.near_visibility", fix));
     }
-    let sets = tree.as_ref().filter(|_| settings.near_visibility == NearVisibility::TrianglesRays).map(|tree| {
-        let _phase = run.phase("sets", 1);
-        let Lengths { alpha, blend_radius, .. } = prepared.lengths;
-        run.install(|| NearSets::new(world, proxy, tree, &samples.points, &prepared.clusters, settings, alpha, blend_radius, seed, run))
-    });
+    let sets = tree
+        .as_ref()
+        .filter(|_| settings.near_visibility == NearVisibility::TrianglesRays)
+        .map(|tree| {
+            let _phase = run.phase("sets", 1);
+            let Lengths { alpha, blend_radius, .. } = prepared.lengths;
+            run.install(|| {
+                NearSets::new(
+                    world,
+                    proxy,
+                    tree,
+                    &samples.points,
+                    &prepared.clusters,
+                    settings,
+                    alpha,
+                    blend_radius,
+                    seed,
+                    run,
+                )
+            })
+        });
     let near = match boxes.filter(|_| settings.near_visibility == NearVisibility::Rays) {
-        Some(boxes) => Some(boxes.at(world, proxy, &samples.points, &field, settings, seed, run)?),
+        Some(boxes) => {
+            Some(boxes.at(world, proxy, &samples.points, &field, settings, seed, run)?)
+        }
         None => None,
     };
-    let found = reconstruct_with(world, proxy, &samples.points, &field, tree.as_ref(), sets.as_ref(), near.as_deref(), settings, seed, run)?;
+    let found = reconstruct_with(
+        world,
+        proxy,
+        &samples.points,
+        &field,
+        tree.as_ref(),
+        sets.as_ref(),
+        near.as_deref(),
+        settings,
+        seed,
+        run,
+    )?;
 
     let irradiance: Vec<Rgb> = found.iter().map(|f| f.total).collect();
     let far: Vec<Rgb> = found.iter().map(|f| f.far).collect();
@@ -209,7 +340,13 @@ pub fn picture_with(world: &World, settings: &DecomposeSettings, prepared: &Prep
         ("rays_per_cluster", json!(settings.rays)),
         ("clusters_loaded", json!(prepared.earlier)),
         ("sides_added", json!(prepared.sides_added)),
-        ("microseconds_per_cluster", json!(prepared.sample_seconds * 1e6 / (prepared.clusters.len() - prepared.earlier).max(1) as f64)),
+        (
+            "microseconds_per_cluster",
+            json!(
+                prepared.sample_seconds * 1e6
+                    / (prepared.clusters.len() - prepared.earlier).max(1) as f64
+            ),
+        ),
         ("own_samples", json!(found.iter().filter(|f| f.cluster.is_none()).count())),
         ("near_triangles_mean", json!(near_cells as f64 / samples.points.len().max(1) as f64)),
     ] {

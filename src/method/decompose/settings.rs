@@ -6,7 +6,8 @@ use super::NearNoise;
 use crate::error::{Error, Result};
 use crate::sh::MAX_BANDS;
 
-/// A length: a number in scene units (`0.5`, `inf`), or a text in percent of the scene's diagonal (`"2%"`).
+/// A length: a number in scene units (`0.5`, `inf`), or a text in percent of the scene's diagonal
+/// (`"2%"`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Length {
     /// Scene units.
@@ -28,8 +29,13 @@ impl Length {
 impl std::str::FromStr for Length {
     type Err = String;
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let fail = || format!("\"{text}\" is not a length; write a number in scene units (0.5), \"inf\", or percent of the diagonal (\"2%\")");
-        let (digits, percent) = text.trim().strip_suffix('%').map_or((text.trim(), false), |d| (d.trim(), true));
+        let fail = || {
+            format!(
+                "\"{text}\" is not a length; write a number in scene units (0.5), \"inf\", or percent of the diagonal (\"2%\")"
+            )
+        };
+        let (digits, percent) =
+            text.trim().strip_suffix('%').map_or((text.trim(), false), |d| (d.trim(), true));
         let v: f32 = digits.parse().map_err(|_| fail())?;
         if v.is_nan() || v < 0.0 || (percent && v.is_infinite()) {
             return Err(fail());
@@ -67,7 +73,8 @@ impl<'de> Deserialize<'de> for Length {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NearHits {
-    /// Count it with its own radiance and a tenth of the weight: whatever the fit says there is subtracted again.
+    /// Count it with its own radiance and a tenth of the weight: whatever the fit says there is
+    /// subtracted again.
     #[default]
     Damp,
     /// Pass through everything closer than alpha (the course's plain form).
@@ -93,10 +100,12 @@ pub enum NearVisibility {
     Assumed,
     /// One ray to the cell's centroid.
     Traced,
-    /// No sum over cells: `near_rays` cosine-distributed rays of length alpha find what is near and seen, as a difference against the SH.
+    /// No sum over cells: `near_rays` cosine-distributed rays of length alpha find what is near and
+    /// seen, as a difference against the SH.
     #[default]
     Rays,
-    /// The sum over cells, with the share of each that its cluster sees; rays where a cell seen in part matters.
+    /// The sum over cells, with the share of each that its cluster sees; rays where a cell seen in
+    /// part matters.
     #[serde(rename = "triangles+rays")]
     TrianglesRays,
     /// No near sum at all: the far field alone.
@@ -107,7 +116,8 @@ pub enum NearVisibility {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Overlap {
-    /// The near update is scaled down until it covers no more than the hemisphere and takes no more than the far field holds.
+    /// The near update is scaled down until it covers no more than the hemisphere and takes no more
+    /// than the far field holds.
     #[default]
     Scale,
     /// The plain sum (the course).
@@ -121,7 +131,8 @@ pub enum AlphaMode {
     /// The same everywhere (the course).
     #[default]
     Single,
-    /// Twice to half as much, following the distance of what surrounds the cluster; cluster radius and reach follow.
+    /// Twice to half as much, following the distance of what surrounds the cluster; cluster radius
+    /// and reach follow.
     Adaptive,
 }
 
@@ -133,7 +144,8 @@ pub struct DecomposeSettings {
     pub alpha: Length,
     /// One alpha, or one a cluster.
     pub alpha_mode: AlphaMode,
-    /// With `alpha_mode = "adaptive"`: alpha over the harmonic mean distance of what a cluster sees.
+    /// With `alpha_mode = "adaptive"`: alpha over the harmonic mean distance of what a cluster
+    /// sees.
     pub alpha_closeness: f32,
     /// Longest edge of a cell; default 0.7 alpha.
     pub near_cell: Option<Length>,
@@ -167,9 +179,11 @@ pub struct DecomposeSettings {
     pub near_visibility: NearVisibility,
     /// Rays per shading point with `near_visibility = "rays"`.
     pub near_rays: u32,
-    /// With `near_visibility = "triangles+rays"`: share of the far irradiance below which a cell seen in part is not tested.
+    /// With `near_visibility = "triangles+rays"`: share of the far irradiance below which a cell
+    /// seen in part is not tested.
     pub near_tolerance: f32,
-    /// What their noise sticks to when the camera moves. `nearfar fly` takes `world` unless told otherwise.
+    /// What their noise sticks to when the camera moves. `nearfar fly` takes `world` unless told
+    /// otherwise.
     pub near_noise: NearNoise,
     /// Window radius of the filter over their noise, pixels; 0: off.
     pub near_filter: u32,
@@ -229,18 +243,36 @@ impl DecomposeSettings {
     /// # Errors
     /// [`Error::Setting`] for values out of range.
     pub fn validate(&self) -> Result<()> {
-        let range = |key: &str, ok: bool, allowed: &str| if ok { Ok(()) } else { Err(Error::setting(format!("decompose.{key}"), allowed)) };
+        let range = |key: &str, ok: bool, allowed: &str| {
+            if ok { Ok(()) } else { Err(Error::setting(format!("decompose.{key}"), allowed)) }
+        };
         range("sh_bands", (1..=MAX_BANDS as u32).contains(&self.sh_bands), "must be in 1..=5")?;
         range("rays", (1..=1_000_000).contains(&self.rays), "must be in 1..=1000000")?;
         range("record_stride", (1..=64).contains(&self.record_stride), "must be in 1..=64")?;
-        range("ridge", self.ridge.is_finite() && self.ridge >= 0.0, "must be finite and not negative")?;
+        range(
+            "ridge",
+            self.ridge.is_finite() && self.ridge >= 0.0,
+            "must be finite and not negative",
+        )?;
         range("near_samples", (1..=4096).contains(&self.near_samples), "must be in 1..=4096")?;
         range("near_filter", self.near_filter <= 64, "must be in 0..=64")?;
-        range("near_filter_reach", self.near_filter_reach > 0.0 && self.near_filter_reach.is_finite(), "must be positive")?;
-        range("alpha_closeness", self.alpha_closeness > 0.0 && self.alpha_closeness.is_finite(), "must be positive")?;
+        range(
+            "near_filter_reach",
+            self.near_filter_reach > 0.0 && self.near_filter_reach.is_finite(),
+            "must be positive",
+        )?;
+        range(
+            "alpha_closeness",
+            self.alpha_closeness > 0.0 && self.alpha_closeness.is_finite(),
+            "must be positive",
+        )?;
         range("near_tolerance", self.near_tolerance >= 0.0, "must not be negative")?;
         range("near_rays", (1..=65_536).contains(&self.near_rays), "must be in 1..=65536")?;
-        range("cluster_normal_cos", (-1.0..=1.0).contains(&self.cluster_normal_cos), "must be in -1..=1")?;
+        range(
+            "cluster_normal_cos",
+            (-1.0..=1.0).contains(&self.cluster_normal_cos),
+            "must be in -1..=1",
+        )?;
         range("blend_normal_power", self.blend_normal_power >= 0.0, "must not be negative")?;
         let exact = self.near_integral == NearIntegral::Exact && self.sums_cells();
         range(
@@ -248,8 +280,13 @@ impl DecomposeSettings {
             !exact || self.sh_bands <= 3,
             "\"exact\" integrates up to 3 bands; set decompose.sh_bands = 3 or decompose.near_integral = \"monte-carlo\"",
         )?;
-        for (key, length) in [("near_cell", self.near_cell), ("cluster_radius", self.cluster_radius), ("blend_radius", self.blend_radius)] {
-            let positive = length.is_none_or(|l| l.resolve(1.0) > 0.0 && l.resolve(1.0).is_finite());
+        for (key, length) in [
+            ("near_cell", self.near_cell),
+            ("cluster_radius", self.cluster_radius),
+            ("blend_radius", self.blend_radius),
+        ] {
+            let positive =
+                length.is_none_or(|l| l.resolve(1.0) > 0.0 && l.resolve(1.0).is_finite());
             range(key, positive, "must be a positive, finite length")?;
         }
         Ok(())
@@ -257,10 +294,14 @@ impl DecomposeSettings {
 
     /// Whether pass 3 sums over cells, and so needs the tree of them.
     pub fn sums_cells(&self) -> bool {
-        matches!(self.near_visibility, NearVisibility::Assumed | NearVisibility::Traced | NearVisibility::TrianglesRays)
+        matches!(
+            self.near_visibility,
+            NearVisibility::Assumed | NearVisibility::Traced | NearVisibility::TrianglesRays
+        )
     }
 
-    /// The lengths in a scene of the given diagonal. Where alpha is 0 or infinite the others fall back to multiples of 1/50 of the diagonal.
+    /// The lengths in a scene of the given diagonal. Where alpha is 0 or infinite the others fall
+    /// back to multiples of 1/50 of the diagonal.
     pub fn lengths(&self, diagonal: f32) -> Lengths {
         let alpha = self.alpha.resolve(diagonal);
         let base = if alpha > 0.0 && alpha.is_finite() { alpha } else { diagonal / 50.0 };
@@ -287,12 +328,20 @@ mod tests {
         for bad in ["", "-1", "nan", "x%", "inf%"] {
             assert!(bad.parse::<Length>().is_err(), "{bad}");
         }
-        let l = DecomposeSettings { cluster_radius: Some(Length::Units(3.0)), ..DecomposeSettings::default() }.lengths(100.0);
+        let l = DecomposeSettings {
+            cluster_radius: Some(Length::Units(3.0)),
+            ..DecomposeSettings::default()
+        }
+        .lengths(100.0);
         assert_eq!((l.alpha, l.near_cell, l.cluster_radius, l.blend_radius), (2.0, 1.4, 3.0, 6.0));
-        let settings: DecomposeSettings = toml::from_str("alpha = \"4%\"\nnear_cell = 0.25").unwrap();
+        let settings: DecomposeSettings =
+            toml::from_str("alpha = \"4%\"\nnear_cell = 0.25").unwrap();
         assert_eq!(settings.near_cell, Some(Length::Units(0.25)));
         assert!(toml::from_str::<DecomposeSettings>("alfa = 1").is_err());
-        let assumed = DecomposeSettings { near_visibility: NearVisibility::Assumed, ..DecomposeSettings::default() };
+        let assumed = DecomposeSettings {
+            near_visibility: NearVisibility::Assumed,
+            ..DecomposeSettings::default()
+        };
         assert!(DecomposeSettings { sh_bands: 4, ..assumed }.validate().is_err());
     }
 }

@@ -1,15 +1,18 @@
-//! Proxy, clusters and their SH in one file: binary little-endian PLY, whose first element viewers show as coloured points.
+//! Proxy, clusters and their SH in one file: binary little-endian PLY, whose first element viewers
+//! show as coloured points.
 //!
 //! ```text
 //! comment …                      a crate::method::key: kind "decomposition", scene, settings of photons and of passes 1 and 2
 //! element vertex                 clusters: x y z nx ny nz radius, sh_0_r sh_0_g sh_0_b …, red green blue
 //! element cell                   cells in the order that scene and near_cell decide: radiosity and indirect irradiance of front and back, coverage, gathered
 //! ```
-//! Coefficient l² + l + m of colour c is `sh_<index>_<c>`, radiance (W·sr⁻¹·m⁻²), as [`crate::sh`] has them. `gathered`: bit 0 the front, bit 1 the
-//! back. Settings of pass 3 may differ between the render that saves and the one that loads, and so may the camera and the seed.
+//! Coefficient l² + l + m of colour c is `sh_<index>_<c>`, radiance (W·sr⁻¹·m⁻²), as [`crate::sh`]
+//! has them. `gathered`: bit 0 the front, bit 1 the back. Settings of pass 3 may differ between the
+//! render that saves and the one that loads, and so may the camera and the seed.
 //!
-//! Guarantees  floats are stored as they are: what is loaded is bit for bit what was saved; a file is there whole or not at all; files of another
-//!             scene, other settings or another version, cut short or damaged, are refused, with what differs and how to mend it.
+//! Guarantees  floats are stored as they are: what is loaded is bit for bit what was saved; a file
+//!             is there whole or not at all; files of another scene, other settings or another
+//!             version, cut short or damaged, are refused, with what differs and how to mend it.
 //! Cost    53 B a cell, 31 B and 12 B for each coefficient a cluster.
 
 use std::path::Path;
@@ -29,7 +32,8 @@ use crate::sh::ShRgb;
 
 const VERSION: u32 = 2;
 
-/// Settings of the last pass, of sampling the camera, and lengths, which count by their value in this scene.
+/// Settings of the last pass, of sampling the camera, and lengths, which count by their value in
+/// this scene.
 const LEFT_OUT: [&str; 15] = [
     "alpha",
     "near_cell",
@@ -75,7 +79,12 @@ impl Known {
 }
 
 /// What a file belongs to, in a scene of the given diagonal.
-pub fn key(scene: Fingerprint, inputs: &Inputs<'_>, settings: &DecomposeSettings, diagonal: f32) -> Key {
+pub fn key(
+    scene: Fingerprint,
+    inputs: &Inputs<'_>,
+    settings: &DecomposeSettings,
+    diagonal: f32,
+) -> Key {
     let lengths = settings.lengths(diagonal);
     Key::new("decomposition", VERSION, scene)
         .with("decompose", settings, &LEFT_OUT)
@@ -89,13 +98,23 @@ pub fn key(scene: Fingerprint, inputs: &Inputs<'_>, settings: &DecomposeSettings
 
 fn columns(bands: u32) -> [Columns; 2] {
     let names = |list: &[&str]| list.iter().map(|&n| n.to_owned()).collect::<Vec<String>>();
-    let mut vertex = names(&["x", "y", "z", "nx", "ny", "nz", "radius", "anchor_x", "anchor_y", "anchor_z", "scale"]);
+    let mut vertex = names(&[
+        "x", "y", "z", "nx", "ny", "nz", "radius", "anchor_x", "anchor_y", "anchor_z", "scale",
+    ]);
     vertex.extend((0..bands * bands).flat_map(|i| ["r", "g", "b"].map(|c| format!("sh_{i}_{c}"))));
-    let of = |quantity: &str| ["front", "back"].into_iter().flat_map(|side| ["r", "g", "b"].map(|c| format!("{quantity}_{side}_{c}"))).collect::<Vec<_>>();
+    let of = |quantity: &str| {
+        ["front", "back"]
+            .into_iter()
+            .flat_map(|side| ["r", "g", "b"].map(|c| format!("{quantity}_{side}_{c}")))
+            .collect::<Vec<_>>()
+    };
     let mut cell = of("radiosity");
     cell.extend(of("indirect"));
     cell.push("coverage".into());
-    [Columns { element: "vertex", floats: vertex, bytes: vec!["red", "green", "blue"] }, Columns { element: "cell", floats: cell, bytes: vec!["gathered"] }]
+    [
+        Columns { element: "vertex", floats: vertex, bytes: vec!["red", "green", "blue"] },
+        Columns { element: "cell", floats: cell, bytes: vec!["gathered"] },
+    ]
 }
 
 /// Writes what a render knows.
@@ -103,13 +122,19 @@ fn columns(bands: u32) -> [Columns; 2] {
 /// # Errors
 /// [`Error::Io`] when the system refuses.
 pub fn save(path: &Path, key: &Key, known: &Known, settings: &DecomposeSettings) -> Result<()> {
-    let irradiance: Vec<Rgb> = known.sh.iter().zip(&known.clusters.normal).map(|(sh, &n)| sh.irradiance(n)).collect();
+    let irradiance: Vec<Rgb> =
+        known.sh.iter().zip(&known.clusters.normal).map(|(sh, &n)| sh.irradiance(n)).collect();
     let scale = ply::colour_scale(irradiance.iter().copied());
     let (mut vertex, mut cell) = (Rows::default(), Rows::default());
     for (i, &e) in irradiance.iter().enumerate() {
-        let coefficients = known.sh[i].0.iter().take((settings.sh_bands * settings.sh_bands) as usize).flat_map(|c| c.to_array());
+        let coefficients = known.sh[i]
+            .0
+            .iter()
+            .take((settings.sh_bands * settings.sh_bands) as usize)
+            .flat_map(|c| c.to_array());
         let c = &known.clusters;
-        let place = c.center[i].to_array().into_iter().chain(c.normal[i].to_array()).chain([c.radius[i]]);
+        let place =
+            c.center[i].to_array().into_iter().chain(c.normal[i].to_array()).chain([c.radius[i]]);
         let place = place.chain(c.anchor[i].to_array()).chain([c.scale_of(i)]);
         vertex.push(place.chain(coefficients), &ply::colour(e, scale));
     }
@@ -128,11 +153,22 @@ pub fn save(path: &Path, key: &Key, known: &Known, settings: &DecomposeSettings)
 ///
 /// # Errors
 /// [`Error::Input`] for files of something else, cut short, or with numbers that cannot be.
-pub fn load(path: &Path, key: &Key, inputs: &Inputs<'_>, settings: &DecomposeSettings) -> Result<Known> {
+pub fn load(
+    path: &Path,
+    key: &Key,
+    inputs: &Inputs<'_>,
+    settings: &DecomposeSettings,
+) -> Result<Known> {
     let columns = columns(settings.sh_bands);
     let rows = ply::read_elements(path, |comments| key.difference(comments), &columns)?;
     let damaged = |element: &str, i: usize| {
-        Error::input(path, None, format!("{element} {i} is damaged: a number is not finite or out of range; render without --load-cache and save it again"))
+        Error::input(
+            path,
+            None,
+            format!(
+                "{element} {i} is damaged: a number is not finite or out of range; render without --load-cache and save it again"
+            ),
+        )
     };
     let mut known = Known::default();
     for (i, (v, _)) in rows[0].iter(columns[0].floats.len(), 3).enumerate() {

@@ -1,19 +1,23 @@
 //! Which clusters may serve a point: those whose anchor it sees.
 //!
-//! A cluster speaks for the light on its side of a wall. Position and normal do not tell sides apart where walls and boards are thinner than
-//! a cluster is wide: floors on both sides of a wall, boards of a shelf, slats, hairs. So a segment between the point and the cluster's anchor
-//! (the member nearest to its centre) must be free:
+//! A cluster speaks for the light on its side of a wall. Position and normal do not tell sides
+//! apart where walls and boards are thinner than a cluster is wide: floors on both sides of a wall,
+//! boards of a shelf, slats, hairs. So a segment between the point and the cluster's anchor (the
+//! member nearest to its centre) must be free:
 //!
 //! ```text
 //! a′ = a + n_a (d/10 + ¾ max(0, −n_a·(b − a))),   b′ alike;   d = |b − a|         a′ to b′ must meet nothing
 //! ```
-//! The lift keeps the segment above what both stand on: on a convex surface the apex of the two tangent planes is at most half as high as the
-//! one point lies below the plane of the other. What stands lower than a tenth of the distance hides little of the hemisphere and is passed over.
+//! The lift keeps the segment above what both stand on: on a convex surface the apex of the two
+//! tangent planes is at most half as high as the one point lies below the plane of the other. What
+//! stands lower than a tenth of the distance hides little of the hemisphere and is passed over.
 //!
-//! Measured (trimmed relMSE without → with; about 5 % more CPU seconds): Cornell 0.00039 → 0.00038, nested-slats 0.00415 → 0.00416, interior
-//! 0.00465 → 0.00463, veach_ajar 0.0041 → 0.0045: fewer clusters share the noise beside its bright gap. It is the default for what it keeps out.
+//! Measured (trimmed relMSE without → with; about 5 % more CPU seconds): Cornell 0.00039 → 0.00038,
+//! nested-slats 0.00415 → 0.00416, interior 0.00465 → 0.00463, veach_ajar 0.0041 → 0.0045: fewer
+//! clusters share the noise beside its bright gap. It is the default for what it keeps out.
 //!
-//! Input   clusters, points. Output  [`separate`]: clusters whose members all see the anchor; [`Sight`]: the test for other points.
+//! Input   clusters, points. Output  [`separate`]: clusters whose members all see the anchor;
+//!         [`Sight`]: the test for other points.
 //! Guarantees  no sample is blended through a surface that rises more than a tenth of the distance;
 //! deterministic. Not: continuity where a cluster comes into sight.
 //! Cost  one occlusion ray a recorded point, and one a point and cluster in reach.
@@ -53,16 +57,25 @@ pub fn separate(world: &World, points: &ShadingPoints, clusters: &Clusters) -> C
             let mut groups = Vec::new();
             while !rest.is_empty() {
                 let anchor = anchor(points, &rest, center);
-                let (seen, hidden): (Vec<u32>, Vec<u32>) = rest.iter().partition(|&&i| i == anchor || free(world, at(i), at(anchor)));
+                let (seen, hidden): (Vec<u32>, Vec<u32>) =
+                    rest.iter().partition(|&&i| i == anchor || free(world, at(i), at(anchor)));
                 groups.push(seen);
                 rest = hidden;
-                center = rest.iter().map(|&i| points.p[i as usize]).sum::<Vec3>() / rest.len().max(1) as f32;
+                center = rest.iter().map(|&i| points.p[i as usize]).sum::<Vec3>()
+                    / rest.len().max(1) as f32;
             }
             groups
         })
         .collect();
-    let scale =
-        if clusters.scale.is_empty() { Vec::new() } else { groups.iter().enumerate().flat_map(|(c, g)| g.iter().map(move |_| clusters.scale[c])).collect() };
+    let scale = if clusters.scale.is_empty() {
+        Vec::new()
+    } else {
+        groups
+            .iter()
+            .enumerate()
+            .flat_map(|(c, g)| g.iter().map(move |_| clusters.scale[c]))
+            .collect()
+    };
     Clusters { scale, ..summarize(points, groups.into_iter().flatten()) }
 }
 
@@ -76,7 +89,10 @@ pub struct Sight<'a> {
 impl<'a> Sight<'a> {
     /// For the given clusters.
     pub fn new(world: &'a World, clusters: &Clusters) -> Self {
-        Self { world, anchors: clusters.anchor.iter().copied().zip(clusters.normal.iter().copied()).collect() }
+        Self {
+            world,
+            anchors: clusters.anchor.iter().copied().zip(clusters.normal.iter().copied()).collect(),
+        }
     }
 
     /// Whether two clusters see each other.

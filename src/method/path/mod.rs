@@ -1,15 +1,20 @@
 //! Unidirectional path tracing: the ground truth.
 //!
-//! Computes   L(x, ωo) = Le + ∫ (albedo/π) L(x', −ωi) cos θi dωi, averaged over every pixel by the pixel filter.
+//! Computes   L(x, ωo) = Le + ∫ (albedo/π) L(x', −ωi) cos θi dωi, averaged over every pixel by the
+//!            pixel filter.
 //! Source     `[Veach97]` §9.2 (power heuristic), `[Burley20]` (Owen-scrambled Sobol).
-//! Input      [`World`]. Output  [`Rendered`] with layers: beauty, emission (lights and background seen directly), direct, indirect,
-//!            albedo, N, P, depth, variance (of the mean), samples, and two independent halves.
-//! Method     Every bounce: one shadow ray to a light (not the sky) and one cosine-distributed ray, combined by the power heuristic;
-//!            the sky is found by cosine-distributed rays alone. Russian roulette from the third bounce on, by throughput.
-//!            Sample i of a pixel belongs to half i mod 2, and each half has its own Sobol key: the halves are independent.
-//! Guarantees unbiased; the same bits for any thread count and any division into passes or resumed runs, because every pixel adds its
-//!            samples one after another and every running sum is kept to what two f32 hold (`pixels`).
-//! Not        the same bits for two ray backends. `variance` is the sample variance over n: an upper bound, since Sobol points do better.
+//! Input      [`World`]. Output  [`Rendered`] with layers: beauty, emission (lights and background
+//!            seen directly), direct, indirect, albedo, N, P, depth, variance (of the mean),
+//!            samples, and two independent halves.
+//! Method     Every bounce: one shadow ray to a light (not the sky) and one cosine-distributed ray,
+//!            combined by the power heuristic; the sky is found by cosine-distributed rays alone.
+//!            Russian roulette from the third bounce on, by throughput. Sample i of a pixel belongs
+//!            to half i mod 2, and each half has its own Sobol key: the halves are independent.
+//!            Guarantees unbiased; the same bits for any thread count and any division into passes
+//!            or resumed runs, because every pixel adds its samples one after another and every
+//!            running sum is kept to what two f32 hold (`pixels`).
+//! Not        the same bits for two ray backends. `variance` is the sample variance over n: an
+//!            upper bound, since Sobol points do better.
 //! Cost       O(pixels · spp · path length) rays; 240 B per pixel.
 //! Knobs      [`PathSettings`].
 
@@ -47,7 +52,13 @@ pub struct PathSettings {
 
 impl Default for PathSettings {
     fn default() -> Self {
-        Self { spp: 256, max_depth: 0, target_error: 0.0, roulette_from: 3, filter: PixelFilter::default() }
+        Self {
+            spp: 256,
+            max_depth: 0,
+            target_error: 0.0,
+            roulette_from: 3,
+            filter: PixelFilter::default(),
+        }
     }
 }
 
@@ -59,7 +70,10 @@ impl PathSettings {
             return Err(Error::setting("path.spp", "must be at least 1"));
         }
         if self.target_error.is_nan() || self.target_error < 0.0 {
-            return Err(Error::setting("path.target_error", "must be a relMSE ≥ 0; 0 switches it off"));
+            return Err(Error::setting(
+                "path.target_error",
+                "must be a relMSE ≥ 0; 0 switches it off",
+            ));
         }
         Ok(())
     }
@@ -70,20 +84,30 @@ const BLOCK: usize = 64;
 /// Most samples per pixel between two looks at the error.
 const MAX_PASS: u32 = 32;
 
-/// Path traces the view until `settings.spp`, `settings.target_error`, the run's deadline, or cancelling; keeps what was done.
+/// Path traces the view until `settings.spp`, `settings.target_error`, the run's deadline, or
+/// cancelling; keeps what was done.
 ///
 /// # Errors
-/// [`Error::Setting`] for settings out of range; [`Error::Interrupted`] when cancelled before the first sample.
+/// [`Error::Setting`] for settings out of range; [`Error::Interrupted`] when cancelled before the
+/// first sample.
 pub fn render(world: &World, settings: &PathSettings, seed: u64, run: &Run) -> Result<Rendered> {
     reference(world, settings, seed, run, None, false)
 }
 
-/// As [`render`]; continues `earlier` (a film this function made with `keep_state`) as if it had never stopped, and with `keep_state`
-/// adds the running sums to the film (layers `state.*`).
+/// As [`render`]; continues `earlier` (a film this function made with `keep_state`) as if it had
+/// never stopped, and with `keep_state` adds the running sums to the film (layers `state.*`).
 ///
 /// # Errors
-/// As [`render`], and [`Error::Usage`] when `earlier` is of another scene, size, seed, or setting that changes samples.
-pub fn reference(world: &World, settings: &PathSettings, seed: u64, run: &Run, earlier: Option<&crate::film::Film>, keep_state: bool) -> Result<Rendered> {
+/// As [`render`], and [`Error::Usage`] when `earlier` is of another scene, size, seed, or setting
+/// that changes samples.
+pub fn reference(
+    world: &World,
+    settings: &PathSettings,
+    seed: u64,
+    run: &Run,
+    earlier: Option<&crate::film::Film>,
+    keep_state: bool,
+) -> Result<Rendered> {
     settings.check()?;
     let (width, height) = (world.camera.width, world.camera.height);
     let count = width as usize * height as usize;
@@ -105,7 +129,9 @@ pub fn reference(world: &World, settings: &PathSettings, seed: u64, run: &Run, e
                 let mut rays = trace::Rays::default();
                 let mut done = 0;
                 for (k, pixel) in chunk.iter_mut().enumerate() {
-                    if run.cancelled() || (pixel.count > 0 && run.deadline.is_some_and(|d| Instant::now() >= d)) {
+                    if run.cancelled()
+                        || (pixel.count > 0 && run.deadline.is_some_and(|d| Instant::now() >= d))
+                    {
                         break;
                     }
                     let index = (block * BLOCK + k) as u32;

@@ -1,7 +1,8 @@
 //! Running sums of a pixel, and the film they make.
 //!
-//! Every sum is an f64 rounded after each addition to what a pair of f32 (high, low) represents, about 48 bits: so the two f32 channels
-//! of a file hold it exactly, and a resumed run adds to the same number as one that never stopped.
+//! Every sum is an f64 rounded after each addition to what a pair of f32 (high, low) represents,
+//! about 48 bits: so the two f32 channels of a file hold it exactly, and a resumed run adds to the
+//! same number as one that never stopped.
 
 use glam::Vec3;
 
@@ -130,22 +131,35 @@ impl Pixel {
     /// Sample variance of the mean.
     fn variance(&self, c: usize) -> f64 {
         let n = f64::from(self.count);
-        if self.count < 2 { 0.0 } else { ((self.sums[SQUARE + c] - self.total(c).powi(2) / n) / (n - 1.0)).max(0.0) / n }
+        if self.count < 2 {
+            0.0
+        } else {
+            ((self.sums[SQUARE + c] - self.total(c).powi(2) / n) / (n - 1.0)).max(0.0) / n
+        }
     }
 }
 
-/// Estimated relMSE of the image's own noise: the variance of the mean is a quarter of the squared difference of the two halves.
+/// Estimated relMSE of the image's own noise: the variance of the mean is a quarter of the squared
+/// difference of the two halves.
 pub(super) fn noise(pixels: &[Pixel]) -> f64 {
     let n = (pixels.len() * 3) as f64;
     let mean = pixels.iter().map(|p| (0..3).map(|c| p.mean(c)).sum::<f64>()).sum::<f64>() / n;
-    let of = |p: &Pixel, c| (p.half(0, c) - p.half(1, c)).powi(2) / 4.0 / (p.mean(c).powi(2) + 0.01 * mean * mean);
-    if mean > 0.0 { pixels.iter().map(|p| (0..3).map(|c| of(p, c)).sum::<f64>()).sum::<f64>() / n } else { 0.0 }
+    let of = |p: &Pixel, c| {
+        (p.half(0, c) - p.half(1, c)).powi(2) / 4.0 / (p.mean(c).powi(2) + 0.01 * mean * mean)
+    };
+    if mean > 0.0 {
+        pixels.iter().map(|p| (0..3).map(|c| of(p, c)).sum::<f64>()).sum::<f64>() / n
+    } else {
+        0.0
+    }
 }
 
 /// The film of the sums; means, the variance of the mean, the number of samples.
 pub(super) fn film(pixels: &[Pixel], width: u32, height: u32) -> Film {
     let mut film = Film::new(width, height);
-    let rgb = |of: &dyn Fn(&Pixel, usize) -> f64| -> Vec<Rgb> { pixels.iter().map(|p| Rgb::new(of(p, 0) as f32, of(p, 1) as f32, of(p, 2) as f32)).collect() };
+    let rgb = |of: &dyn Fn(&Pixel, usize) -> f64| -> Vec<Rgb> {
+        pixels.iter().map(|p| Rgb::new(of(p, 0) as f32, of(p, 1) as f32, of(p, 2) as f32)).collect()
+    };
     let mean_of = |start: usize| rgb(&|p, c| p.sums[start + c] / f64::from(p.count.max(1)));
     let hit_mean_of = |start: usize| rgb(&|p, c| p.sums[start + c] / p.sums[HITS].max(1.0));
     film.set_rgb("", &rgb(&Pixel::mean));
@@ -156,9 +170,15 @@ pub(super) fn film(pixels: &[Pixel], width: u32, height: u32) -> Film {
     film.set_rgb("direct", &mean_of(DIRECT));
     film.set_rgb("indirect", &mean_of(INDIRECT));
     film.set_rgb("albedo", &mean_of(ALBEDO));
-    film.set_xyz("N", &hit_mean_of(NORMAL).iter().map(|n| n.normalize_or_zero()).collect::<Vec<_>>());
+    film.set_xyz(
+        "N",
+        &hit_mean_of(NORMAL).iter().map(|n| n.normalize_or_zero()).collect::<Vec<_>>(),
+    );
     film.set_xyz("P", &hit_mean_of(POSITION));
-    film.set("depth.Z", pixels.iter().map(|p| (p.sums[DEPTH] / p.sums[HITS].max(1.0)) as f32).collect());
+    film.set(
+        "depth.Z",
+        pixels.iter().map(|p| (p.sums[DEPTH] / p.sums[HITS].max(1.0)) as f32).collect(),
+    );
     film.set("samples", pixels.iter().map(|p| p.count as f32).collect());
     film
 }

@@ -1,4 +1,5 @@
-//! Running sums in a film, so that a reference can go on later, and the key that says of what it is.
+//! Running sums in a film, so that a reference can go on later, and the key that says of what it
+//! is.
 
 use std::fmt::Write;
 
@@ -12,14 +13,19 @@ use crate::shading::World;
 /// Header attribute of the key.
 pub(super) const KEY: &str = "nearfar.path_key";
 
-/// A hash of everything that decides the value of a sample: scene, view, seed, path length rules. Not how many samples are taken.
+/// A hash of everything that decides the value of a sample: scene, view, seed, path length rules.
+/// Not how many samples are taken.
 pub(super) fn fingerprint(world: &World, settings: &PathSettings, seed: u64) -> String {
     let mut h = Hasher(0x6e65_6172_6661_7221);
     if settings.filter != PixelFilter::default() {
         let _ = write!(h, "{:?}", settings.filter);
     }
     let g = &world.geometry;
-    let _ = write!(h, "{seed} {} {} {:?} {:?}", settings.max_depth, settings.roulette_from, world.camera, g.materials);
+    let _ = write!(
+        h,
+        "{seed} {} {} {:?} {:?}",
+        settings.max_depth, settings.roulette_from, world.camera, g.materials
+    );
     for v in g.positions.iter().chain(&g.normals) {
         v.to_array().into_iter().for_each(|x| h.word(u64::from(x.to_bits())));
     }
@@ -53,7 +59,10 @@ impl Write for Hasher {
 /// Adds every sum as two channels: `state.NAME.high`, `state.NAME.low`.
 pub(super) fn add_state(film: &mut Film, pixels: &[Pixel]) {
     for (i, name) in SUMS.iter().enumerate() {
-        film.set(&format!("state.{name}.high"), pixels.iter().map(|p| split(p.sums[i]).0).collect());
+        film.set(
+            &format!("state.{name}.high"),
+            pixels.iter().map(|p| split(p.sums[i]).0).collect(),
+        );
         film.set(&format!("state.{name}.low"), pixels.iter().map(|p| split(p.sums[i]).1).collect());
     }
 }
@@ -63,19 +72,34 @@ pub(super) fn add_state(film: &mut Film, pixels: &[Pixel]) {
 /// # Errors
 /// [`Error::Usage`] when the film is not of this scene, size and seed, or has no sums.
 pub(super) fn pixels_from(film: &Film, key: &str, width: u32, height: u32) -> Result<Vec<Pixel>> {
-    let other = |what: &str| Error::Usage(format!("cannot resume: {what}; render to a new file without --resume"));
+    let other = |what: &str| {
+        Error::Usage(format!("cannot resume: {what}; render to a new file without --resume"))
+    };
     if (film.width, film.height) != (width, height) {
-        return Err(other(&format!("the file has {}×{} pixels, this render {width}×{height}", film.width, film.height)));
+        return Err(other(&format!(
+            "the file has {}×{} pixels, this render {width}×{height}",
+            film.width, film.height
+        )));
     }
     match film.header.get(KEY) {
         None => return Err(other("the file was not made by `nearfar reference`")),
-        Some(k) if k != key => return Err(other("the file shows another scene, camera, seed or path settings")),
+        Some(k) if k != key => {
+            return Err(other("the file shows another scene, camera, seed or path settings"));
+        }
         Some(_) => {}
     }
-    let channel = |name: &str| film.channels.get(name).ok_or_else(|| other(&format!("the file has no layer {name}: it was written without its running sums")));
-    let mut pixels: Vec<Pixel> = channel("samples")?.iter().map(|&n| Pixel { count: n as u32, ..Pixel::default() }).collect();
+    let channel = |name: &str| {
+        film.channels.get(name).ok_or_else(|| {
+            other(&format!("the file has no layer {name}: it was written without its running sums"))
+        })
+    };
+    let mut pixels: Vec<Pixel> = channel("samples")?
+        .iter()
+        .map(|&n| Pixel { count: n as u32, ..Pixel::default() })
+        .collect();
     for (i, name) in SUMS.iter().enumerate() {
-        let (high, low) = (channel(&format!("state.{name}.high"))?, channel(&format!("state.{name}.low"))?);
+        let (high, low) =
+            (channel(&format!("state.{name}.high"))?, channel(&format!("state.{name}.low"))?);
         for (pixel, (&h, &l)) in pixels.iter_mut().zip(high.iter().zip(low)) {
             pixel.sums[i] = f64::from(h) + f64::from(l);
         }

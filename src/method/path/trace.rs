@@ -8,7 +8,9 @@ use super::PathSettings;
 use super::pixels::{Pixel, Sample};
 use crate::math::{Frame, Ray, offset_origin};
 use crate::radiometry::Rgb;
-use crate::sampling::{PixelFilter, Rng, Sobol, Stream, pdf_cosine_hemisphere, sample_cosine_hemisphere};
+use crate::sampling::{
+    PixelFilter, Rng, Sobol, Stream, pdf_cosine_hemisphere, sample_cosine_hemisphere,
+};
 use crate::shading::{World, light_visible};
 
 /// Bounces with Sobol points of their own; later ones draw independent numbers.
@@ -57,7 +59,8 @@ impl<'a> View<'a> {
         let camera = &world.camera;
         let (right, up, forward) = camera.axes();
         let scale = camera.pixel_angle();
-        let corner = forward - right * (0.5 * camera.width as f32 * scale) + up * (0.5 * camera.height as f32 * scale);
+        let corner = forward - right * (0.5 * camera.width as f32 * scale)
+            + up * (0.5 * camera.height as f32 * scale);
         let max_depth = if settings.max_depth == 0 { u32::MAX } else { settings.max_depth };
         Self {
             world,
@@ -80,16 +83,28 @@ impl<'a> View<'a> {
         let number = pixel.count >> 1;
         let at = self.filter.position(sobol.sample_2d(number, 0));
         let (x, y) = (index % self.world.camera.width, index / self.world.camera.width);
-        let dir = (self.corner + self.right * (x as f32 + at.x) + self.down * (y as f32 + at.y)).normalize();
+        let dir = (self.corner + self.right * (x as f32 + at.x) + self.down * (y as f32 + at.y))
+            .normalize();
         let rng = Rng::new(self.seed, Stream::Camera, element, u64::from(number));
-        pixel.add(half, &self.trace(Ray::new(self.world.camera.eye, dir), &sobol, number, rng, rays));
+        pixel.add(
+            half,
+            &self.trace(Ray::new(self.world.camera.eye, dir), &sobol, number, rng, rays),
+        );
     }
 
-    fn trace(&self, mut ray: Ray, sobol: &Sobol, number: u32, mut rng: Rng, rays: &mut Rays) -> Sample {
+    fn trace(
+        &self,
+        mut ray: Ray,
+        sobol: &Sobol,
+        number: u32,
+        mut rng: Rng,
+        rays: &mut Rays,
+    ) -> Sample {
         let world = self.world;
         let mut out = Sample::default();
         let mut beta = Rgb::ONE;
-        // Where the ray left, with which density: for weighing the light it meets against next-event estimation.
+        // Where the ray left, with which density: for weighing the light it meets against
+        // next-event estimation.
         let (mut from, mut normal, mut pdf) = (Vec3::ZERO, Vec3::ZERO, 0.0f32);
         rays.primary += 1;
         for depth in 0.. {
@@ -100,7 +115,8 @@ impl<'a> View<'a> {
                     out.indirect += beta * world.lights.sky.radiance(ray.dir);
                     let sun = world.lights.sun_disc(ray.dir);
                     if sun != Rgb::ZERO {
-                        let weight = power_heuristic(pdf, world.lights.pdf_sun_disc(from, normal, ray.dir));
+                        let weight =
+                            power_heuristic(pdf, world.lights.pdf_sun_disc(from, normal, ray.dir));
                         *out.of(depth) += beta * sun * weight;
                     }
                 }
@@ -113,7 +129,10 @@ impl<'a> View<'a> {
                 out.depth = (s.p - world.camera.eye).dot(self.forward);
                 out.hit = true;
             } else if s.le != Rgb::ZERO {
-                let weight = power_heuristic(pdf, world.lights.pdf_solid_angle(from, normal, ray.dir, s.triangle, s.p));
+                let weight = power_heuristic(
+                    pdf,
+                    world.lights.pdf_solid_angle(from, normal, ray.dir, s.triangle, s.p),
+                );
                 *out.of(depth) += beta * s.le * weight;
             }
             if depth >= self.max_depth || s.albedo == Rgb::ZERO {
@@ -121,7 +140,12 @@ impl<'a> View<'a> {
             }
             let (u_light, u_dir, u_pick, u_end) = if depth < SOBOL_BOUNCES {
                 let more = sobol.sample_2d(number, 3 * depth + 3);
-                (sobol.sample_2d(number, 3 * depth + 1), sobol.sample_2d(number, 3 * depth + 2), more.x, more.y)
+                (
+                    sobol.sample_2d(number, 3 * depth + 1),
+                    sobol.sample_2d(number, 3 * depth + 2),
+                    more.x,
+                    more.y,
+                )
             } else {
                 (rng.next_2d(), rng.next_2d(), rng.next_f32(), rng.next_f32())
             };
@@ -133,7 +157,8 @@ impl<'a> View<'a> {
                 if cos > 0.0 && s.ng.dot(light.wi) > 0.0 {
                     rays.shadow += 1;
                     if light_visible(world, &light) {
-                        let weight = power_heuristic(light.pdf_solid_angle, pdf_cosine_hemisphere(cos));
+                        let weight =
+                            power_heuristic(light.pdf_solid_angle, pdf_cosine_hemisphere(cos));
                         *out.of(depth + 1) += beta * light.weight * (cos / PI * weight);
                     }
                 }
@@ -159,7 +184,8 @@ impl<'a> View<'a> {
 }
 
 impl Sample {
-    /// Where light met at surface point number `depth` of the path belongs: met at 1 it is direct, later indirect.
+    /// Where light met at surface point number `depth` of the path belongs: met at 1 it is direct,
+    /// later indirect.
     fn of(&mut self, depth: u32) -> &mut Rgb {
         if depth == 1 { &mut self.direct } else { &mut self.indirect }
     }

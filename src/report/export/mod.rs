@@ -1,13 +1,17 @@
-//! A scene for another renderer: a Mitsuba 3 scene with binary PLY meshes and PNG textures in one folder.
+//! A scene for another renderer: a Mitsuba 3 scene with binary PLY meshes and PNG textures in one
+//! folder.
 //!
 //! Input      a [`Scene`] and a folder.
-//! Output     `scene.xml`, one `mesh-N-M.ply` for every mesh and material that meet, `texture-N.png`, `mask-N.png`, `environment-N.exr`. `scene.xml` takes the parameters
+//! Output     `scene.xml`, one `mesh-N-M.ply` for every mesh and material that meet,
+//!            `texture-N.png`, `mask-N.png`, `environment-N.exr`. `scene.xml` takes the parameters
 //!            `spp`, `width`, `height`, `integrator` (default `path`, with masks `volpath`).
-//! Guarantees the same radiometry: radiance, irradiance and radiant intensity mean the same there; sensor with box filter, `max_depth` unlimited.
-//! Not        exact: a sun with extent becomes a distant disc of the same irradiance; sphere lights are exact spheres, here they are
-//!            tessellated; a spot's penumbra falls off linearly in the angle there, by smoothstep in the cosine here; albedo times
-//!            texture is rounded to 8 bits; masks are cut at ½ texel by texel; bright texels of an environment
-//!            are constant here, interpolated there.
+//!            Guarantees the same radiometry: radiance, irradiance and radiant intensity mean the
+//!            same there; sensor with box filter, `max_depth` unlimited.
+//! Not        exact: a sun with extent becomes a distant disc of the same irradiance; sphere lights
+//!            are exact spheres, here they are tessellated; a spot's penumbra falls off linearly in
+//!            the angle there, by smoothstep in the cosine here; albedo times texture is rounded to
+//!            8 bits; masks are cut at ½ texel by texel; bright texels of an environment are
+//!            constant here, interpolated there.
 //! Cost       one pass over the triangles; the PLY files take 36 B a vertex and 13 B a triangle.
 
 mod ply;
@@ -22,7 +26,8 @@ use crate::error::{Error, Result};
 use crate::radiometry::srgb_from_linear;
 use crate::scene::{Light, Material, Scene, Texture};
 
-/// Writes `scene` into `folder`, which is made if absent, and returns the files written, `scene.xml` last.
+/// Writes `scene` into `folder`, which is made if absent, and returns the files written,
+/// `scene.xml` last.
 ///
 /// # Errors
 /// [`Error::Io`] and [`Error::Image`] when a file cannot be written.
@@ -49,16 +54,26 @@ pub fn export(scene: &Scene, folder: &Path) -> Result<Vec<PathBuf>> {
     }
     for &m in used.keys() {
         let material = &scene.materials[m as usize];
-        let albedo = material.albedo_texture.map(|id| &scene.textures[id as usize]).filter(|t| !t.srgb.is_empty());
+        let albedo = material
+            .albedo_texture
+            .map(|id| &scene.textures[id as usize])
+            .filter(|t| !t.srgb.is_empty());
         if let Some(texture) = albedo {
             let path = folder.join(format!("texture-{m}.png"));
             save(&path, texture, image::ExtendedColorType::Rgb8, &tinted(material, texture))?;
             files.push(path);
         }
-        let mask = material.opacity_texture.map(|id| &scene.textures[id as usize]).filter(|t| !t.mask.is_empty());
+        let mask = material
+            .opacity_texture
+            .map(|id| &scene.textures[id as usize])
+            .filter(|t| !t.mask.is_empty());
         if let Some(texture) = mask {
             let path = folder.join(format!("mask-{m}.png"));
-            let cut: Vec<u8> = texture.mask.iter().map(|&v| if material.opacity * f32::from(v) / 255.0 >= 0.5 { 255 } else { 0 }).collect();
+            let cut: Vec<u8> = texture
+                .mask
+                .iter()
+                .map(|&v| if material.opacity * f32::from(v) / 255.0 >= 0.5 { 255 } else { 0 })
+                .collect();
             save(&path, texture, image::ExtendedColorType::L8, &cut)?;
             files.push(path);
         }
@@ -81,7 +96,8 @@ pub fn export(scene: &Scene, folder: &Path) -> Result<Vec<PathBuf>> {
         document.light(number, light, around);
     }
     let path = folder.join("scene.xml");
-    std::fs::write(&path, document.finish()).map_err(|source| Error::Io { path: path.clone(), source })?;
+    std::fs::write(&path, document.finish())
+        .map_err(|source| Error::Io { path: path.clone(), source })?;
     files.push(path);
     Ok(files)
 }
@@ -96,12 +112,28 @@ fn bounds(scene: &Scene) -> (Vec3, f32) {
 /// The texture's texels times the material's albedo, as sRGB bytes.
 fn tinted(material: &Material, texture: &Texture) -> Vec<u8> {
     let byte = |linear: f32| (srgb_from_linear(linear) * 255.0).round().clamp(0.0, 255.0) as u8;
-    let decode: Vec<f32> = (0..=255u8).map(|c| crate::radiometry::linear_from_srgb(f32::from(c) / 255.0)).collect();
-    texture.srgb.iter().flat_map(|t| material.albedo_with(Vec3::from_array(t.map(|c| decode[c as usize]))).to_array().map(byte)).collect()
+    let decode: Vec<f32> =
+        (0..=255u8).map(|c| crate::radiometry::linear_from_srgb(f32::from(c) / 255.0)).collect();
+    texture
+        .srgb
+        .iter()
+        .flat_map(|t| {
+            material
+                .albedo_with(Vec3::from_array(t.map(|c| decode[c as usize])))
+                .to_array()
+                .map(byte)
+        })
+        .collect()
 }
 
-fn save(path: &Path, texture: &Texture, kind: image::ExtendedColorType, bytes: &[u8]) -> Result<()> {
-    image::save_buffer(path, bytes, texture.width, texture.height, kind).map_err(|e| Error::Image { path: path.into(), message: e.to_string() })
+fn save(
+    path: &Path,
+    texture: &Texture,
+    kind: image::ExtendedColorType,
+    bytes: &[u8],
+) -> Result<()> {
+    image::save_buffer(path, bytes, texture.width, texture.height, kind)
+        .map_err(|e| Error::Image { path: path.into(), message: e.to_string() })
 }
 
 #[cfg(test)]
@@ -112,8 +144,14 @@ mod tests {
     #[test]
     fn every_file_named_is_there_and_of_the_size_its_header_promises() {
         let made = builtin::generate("slats", &toml::Table::new()).unwrap();
-        let light = Light::Quad { corner: Vec3::Y, edge1: Vec3::X, edge2: Vec3::Z, radiance: Vec3::ONE };
-        let scene = Scene { meshes: vec![made.mesh], materials: made.materials, lights: vec![light], ..Scene::default() };
+        let light =
+            Light::Quad { corner: Vec3::Y, edge1: Vec3::X, edge2: Vec3::Z, radiance: Vec3::ONE };
+        let scene = Scene {
+            meshes: vec![made.mesh],
+            materials: made.materials,
+            lights: vec![light],
+            ..Scene::default()
+        };
         let folder = std::env::temp_dir().join(format!("nearfar-export-{}", std::process::id()));
         let files = export(&scene, &folder).unwrap();
         let text = std::fs::read_to_string(folder.join("scene.xml")).unwrap();
@@ -123,7 +161,17 @@ mod tests {
             let bytes = std::fs::read(file).unwrap();
             let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
             let header = std::str::from_utf8(&bytes[..end]).unwrap();
-            let count = |what: &str| header.split(&format!("element {what} ")).nth(1).unwrap().lines().next().unwrap().parse::<usize>().unwrap();
+            let count = |what: &str| {
+                header
+                    .split(&format!("element {what} "))
+                    .nth(1)
+                    .unwrap()
+                    .lines()
+                    .next()
+                    .unwrap()
+                    .parse::<usize>()
+                    .unwrap()
+            };
             let floats = header.matches("property float").count();
             assert_eq!(bytes.len() - end, count("vertex") * floats * 4 + count("face") * 13);
             faces += count("face");

@@ -20,14 +20,18 @@ fn numbers(v: Vec3) -> String {
 }
 
 fn area(radiance: Rgb) -> String {
-    format!("<emitter type=\"area\"><rgb name=\"radiance\" value=\"{}\"/></emitter>", numbers(radiance))
+    format!(
+        "<emitter type=\"area\"><rgb name=\"radiance\" value=\"{}\"/></emitter>",
+        numbers(radiance)
+    )
 }
 
 const BLACK: &str = "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0\"/></bsdf>";
 
 impl Document {
-    /// Integrator and sensor. Mitsuba's `path` takes a masked surface for solid when it asks whether a light is seen, and finds the light
-    /// behind it by chance only; `volpath` asks through masks.
+    /// Integrator and sensor. Mitsuba's `path` takes a masked surface for solid when it asks
+    /// whether a light is seen, and finds the light behind it by chance only; `volpath` asks
+    /// through masks.
     pub fn new(scene: &Scene) -> Self {
         let c = &scene.camera;
         let masked = scene.materials.iter().any(|m| m.opacity_texture.is_some() || m.opacity < 0.5);
@@ -66,27 +70,48 @@ impl Document {
         Self { head, materials: String::new(), body: String::new() }
     }
 
-    /// A PLY file of one material. Without `normals` faces are flat, where Mitsuba would make normals of its own.
+    /// A PLY file of one material. Without `normals` faces are flat, where Mitsuba would make
+    /// normals of its own.
     pub fn mesh(&mut self, file: &str, id: u32, material: &Material, normals: bool) {
         let light = if material.emits() { area(material.emission) } else { String::new() };
         let faces = if normals { "" } else { "<boolean name=\"face_normals\" value=\"true\"/>" };
-        let _ = writeln!(self.body, "    <shape type=\"ply\"><string name=\"filename\" value=\"{file}\"/>{faces}<ref id=\"material-{id}\"/>{light}</shape>");
+        let _ = writeln!(
+            self.body,
+            "    <shape type=\"ply\"><string name=\"filename\" value=\"{file}\"/>{faces}<ref id=\"material-{id}\"/>{light}</shape>"
+        );
     }
 
     /// A two-sided diffuse material, under a mask where it has one.
     pub fn material(&mut self, id: u32, material: &Material, texture: bool, mask: bool) {
         let bitmap = |slot: &str, file: &str, more: &str| {
-            format!("<texture type=\"bitmap\" name=\"{slot}\"><string name=\"filename\" value=\"{file}-{id}.png\"/>{more}</texture>")
+            format!(
+                "<texture type=\"bitmap\" name=\"{slot}\"><string name=\"filename\" value=\"{file}-{id}.png\"/>{more}</texture>"
+            )
         };
         let albedo = material.albedo.clamp(Rgb::ZERO, Rgb::splat(MAX_ALBEDO));
-        let reflectance = if texture { bitmap("reflectance", "texture", "") } else { format!("<rgb name=\"reflectance\" value=\"{}\"/>", numbers(albedo)) };
-        let plain = |id: &str| format!("<bsdf type=\"twosided\"{id}><bsdf type=\"diffuse\">{reflectance}</bsdf></bsdf>");
+        let reflectance = if texture {
+            bitmap("reflectance", "texture", "")
+        } else {
+            format!("<rgb name=\"reflectance\" value=\"{}\"/>", numbers(albedo))
+        };
+        let plain = |id: &str| {
+            format!(
+                "<bsdf type=\"twosided\"{id}><bsdf type=\"diffuse\">{reflectance}</bsdf></bsdf>"
+            )
+        };
         let named = format!(" id=\"material-{id}\"");
         let nearest = "<string name=\"filter_type\" value=\"nearest\"/><boolean name=\"raw\" value=\"true\"/>";
         let text = if mask {
-            format!("<bsdf type=\"mask\"{named}>{}{}</bsdf>", bitmap("opacity", "mask", nearest), plain(""))
+            format!(
+                "<bsdf type=\"mask\"{named}>{}{}</bsdf>",
+                bitmap("opacity", "mask", nearest),
+                plain("")
+            )
         } else if material.opacity < 0.5 {
-            format!("<bsdf type=\"mask\"{named}><float name=\"opacity\" value=\"0\"/>{}</bsdf>", plain(""))
+            format!(
+                "<bsdf type=\"mask\"{named}><float name=\"opacity\" value=\"0\"/>{}</bsdf>",
+                plain("")
+            )
         } else {
             plain(&named)
         };
@@ -95,23 +120,40 @@ impl Document {
 
     /// A light; `around` is a ball that holds the scene. The quad's mesh is `quad-NUMBER.ply`.
     pub fn light(&mut self, number: usize, light: &Light, around: (Vec3, f32)) {
-        let rgb = |name: &str, value: Rgb| format!("<rgb name=\"{name}\" value=\"{}\"/>", numbers(value));
+        let rgb =
+            |name: &str, value: Rgb| format!("<rgb name=\"{name}\" value=\"{}\"/>", numbers(value));
         let text = match *light {
             Light::Quad { radiance, .. } => {
                 let file = format!("<string name=\"filename\" value=\"quad-{number}.ply\"/>");
-                format!("<shape type=\"ply\">{file}<boolean name=\"face_normals\" value=\"true\"/>{BLACK}{}</shape>", area(radiance))
+                format!(
+                    "<shape type=\"ply\">{file}<boolean name=\"face_normals\" value=\"true\"/>{BLACK}{}</shape>",
+                    area(radiance)
+                )
             }
             Light::Sphere { center, radius, radiance } => {
-                let center = format!("<point name=\"center\" x=\"{}\" y=\"{}\" z=\"{}\"/>", center.x, center.y, center.z);
-                format!("<shape type=\"sphere\">{center}<float name=\"radius\" value=\"{radius}\"/>{BLACK}{}</shape>", area(radiance))
+                let center = format!(
+                    "<point name=\"center\" x=\"{}\" y=\"{}\" z=\"{}\"/>",
+                    center.x, center.y, center.z
+                );
+                format!(
+                    "<shape type=\"sphere\">{center}<float name=\"radius\" value=\"{radius}\"/>{BLACK}{}</shape>",
+                    area(radiance)
+                )
             }
             Light::Sun { direction_to_sun, irradiance, angular_radius_deg: 0.0 } => {
                 let d = -direction_to_sun;
-                let direction = format!("<vector name=\"direction\" x=\"{}\" y=\"{}\" z=\"{}\"/>", d.x, d.y, d.z);
-                format!("<emitter type=\"directional\">{direction}{}</emitter>", rgb("irradiance", irradiance))
+                let direction = format!(
+                    "<vector name=\"direction\" x=\"{}\" y=\"{}\" z=\"{}\"/>",
+                    d.x, d.y, d.z
+                );
+                format!(
+                    "<emitter type=\"directional\">{direction}{}</emitter>",
+                    rgb("irradiance", irradiance)
+                )
             }
             Light::Sun { direction_to_sun, irradiance, angular_radius_deg } => {
-                // So far away that its direction is the same to a thousandth of a degree for all of the scene.
+                // So far away that its direction is the same to a thousandth of a degree for all of
+                // the scene.
                 let (center, radius) = around;
                 let distance = 2e4 * radius;
                 let at = center + direction_to_sun * distance;
@@ -127,15 +169,27 @@ impl Document {
                 let radiance = irradiance / (std::f32::consts::PI * angle.sin().powi(2));
                 format!("<shape type=\"disk\">{disc}{BLACK}{}</shape>", area(radiance))
             }
-            Light::Sky { radiance } => format!("<emitter type=\"constant\">{}</emitter>", rgb("radiance", radiance)),
+            Light::Sky { radiance } => {
+                format!("<emitter type=\"constant\">{}</emitter>", rgb("radiance", radiance))
+            }
             Light::Environment { ref map } => {
                 let m = map.world_from_map;
-                let rows: Vec<String> = (0..3).map(|i| format!("{} 0", m.row(i).to_array().map(|v| v.to_string()).join(" "))).collect();
-                let matrix = format!("<transform name=\"to_world\"><matrix value=\"{} 0 0 0 1\"/></transform>", rows.join(" "));
-                format!("<emitter type=\"envmap\"><string name=\"filename\" value=\"environment-{number}.exr\"/>{matrix}</emitter>")
+                let rows: Vec<String> = (0..3)
+                    .map(|i| format!("{} 0", m.row(i).to_array().map(|v| v.to_string()).join(" ")))
+                    .collect();
+                let matrix = format!(
+                    "<transform name=\"to_world\"><matrix value=\"{} 0 0 0 1\"/></transform>",
+                    rows.join(" ")
+                );
+                format!(
+                    "<emitter type=\"envmap\"><string name=\"filename\" value=\"environment-{number}.exr\"/>{matrix}</emitter>"
+                )
             }
             Light::Point { position, intensity } => {
-                let at = format!("<point name=\"position\" x=\"{}\" y=\"{}\" z=\"{}\"/>", position.x, position.y, position.z);
+                let at = format!(
+                    "<point name=\"position\" x=\"{}\" y=\"{}\" z=\"{}\"/>",
+                    position.x, position.y, position.z
+                );
                 format!("<emitter type=\"point\">{at}{}</emitter>", rgb("intensity", intensity))
             }
             Light::Spot { position, direction, intensity, inner_deg, outer_deg } => {
@@ -146,9 +200,14 @@ impl Document {
                     numbers(position + direction),
                     numbers(up)
                 );
-                let cone =
-                    format!("<float name=\"cutoff_angle\" value=\"{outer_deg}\"/><float name=\"beam_width\" value=\"{}\"/>", inner_deg.min(outer_deg * 0.999));
-                format!("<emitter type=\"spot\">{at}{cone}{}</emitter>", rgb("intensity", intensity))
+                let cone = format!(
+                    "<float name=\"cutoff_angle\" value=\"{outer_deg}\"/><float name=\"beam_width\" value=\"{}\"/>",
+                    inner_deg.min(outer_deg * 0.999)
+                );
+                format!(
+                    "<emitter type=\"spot\">{at}{cone}{}</emitter>",
+                    rgb("intensity", intensity)
+                )
             }
         };
         let _ = writeln!(self.body, "    {text}");

@@ -1,8 +1,9 @@
 //! Pictures as text for a page: half floats and bytes in PNG in base64.
 //!
-//! A colour is three half floats (11 significant bits, rounded to 9: 0.25 % of the value at worst, said on the page). The PNG is twice the
-//! picture's height: above the high bytes of R, G, B, below the low bytes. Every browser decodes an opaque 8-bit PNG without a colour
-//! profile to exactly these bytes; an alpha channel would be premultiplied and lose them.
+//! A colour is three half floats (11 significant bits, rounded to 9: 0.25 % of the value at worst,
+//! said on the page). The PNG is twice the picture's height: above the high bytes of R, G, B, below
+//! the low bytes. Every browser decodes an opaque 8-bit PNG without a colour profile to exactly
+//! these bytes; an alpha channel would be premultiplied and lose them.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -17,11 +18,14 @@ fn png(bytes: &[u8], width: u32, height: u32, color: ExtendedColorType) -> Resul
     let mut out = Vec::new();
     PngEncoder::new_with_quality(&mut out, CompressionType::Best, FilterType::Adaptive)
         .write_image(bytes, width, height, color)
-        .map_err(|e| Error::Render(format!("page: {width}×{height} pixels cannot be encoded: {e}")))?;
+        .map_err(|e| {
+            Error::Render(format!("page: {width}×{height} pixels cannot be encoded: {e}"))
+        })?;
     Ok(STANDARD.encode(out))
 }
 
-/// The half float nearest to `v` with 8 bits behind the leading one; values beyond the range at its end.
+/// The half float nearest to `v` with 8 bits behind the leading one; values beyond the range at its
+/// end.
 fn rounded(v: f32) -> u16 {
     if v.is_nan() {
         return f16::NAN.to_bits();
@@ -37,7 +41,8 @@ fn rounded(v: f32) -> u16 {
 /// When the encoder fails.
 pub(super) fn colors(pixels: &[Rgb], width: u32, height: u32) -> Result<String> {
     let bits: Vec<u16> = pixels.iter().flat_map(|c| c.to_array().map(rounded)).collect();
-    let bytes: Vec<u8> = bits.iter().map(|b| (b >> 8) as u8).chain(bits.iter().map(|b| *b as u8)).collect();
+    let bytes: Vec<u8> =
+        bits.iter().map(|b| (b >> 8) as u8).chain(bits.iter().map(|b| *b as u8)).collect();
     png(&bytes, width, 2 * height, ExtendedColorType::Rgb8)
 }
 
@@ -60,7 +65,10 @@ mod tests {
             let v = 1e-3 * 1.004f32.powi(i);
             let back = f16::from_bits(rounded(v)).to_f32();
             // Two roundings: to 11 bits, then to 9.
-            assert!(v > 65000.0 || (back / v - 1.0).abs() <= 1.0 / 512.0 + 1.0 / 2048.0, "{v} {back}");
+            assert!(
+                v > 65000.0 || (back / v - 1.0).abs() <= 1.0 / 512.0 + 1.0 / 2048.0,
+                "{v} {back}"
+            );
         }
         assert_eq!(f16::from_bits(rounded(-0.75)).to_f32(), -0.75);
         assert_eq!(rounded(0.0), 0);
@@ -76,7 +84,8 @@ mod tests {
         assert_eq!(image.dimensions(), (2, 2));
         for (x, pixel) in pixels.iter().enumerate() {
             for channel in 0..3 {
-                let [high, low] = [0, 1].map(|y| u16::from(image.get_pixel(x as u32, y).0[channel]));
+                let [high, low] =
+                    [0, 1].map(|y| u16::from(image.get_pixel(x as u32, y).0[channel]));
                 assert_eq!(f16::from_bits(high << 8 | low).to_f32(), pixel.to_array()[channel]);
             }
         }

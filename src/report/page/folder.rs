@@ -21,13 +21,17 @@ pub(super) struct Picture {
 impl Picture {
     /// The method by statistics or header.
     pub(super) fn method(&self) -> Option<&str> {
-        self.statistics["method"].as_str().or_else(|| self.film.header.get("nearfar.method").map(String::as_str))
+        self.statistics["method"]
+            .as_str()
+            .or_else(|| self.film.header.get("nearfar.method").map(String::as_str))
     }
     pub(super) fn cpu_seconds(&self) -> Option<f64> {
         self.statistics["cpu_seconds"].as_f64()
     }
     pub(super) fn wall_seconds(&self) -> Option<f64> {
-        self.statistics["seconds"]["total"].as_f64().or_else(|| self.film.header.get("nearfar.seconds")?.parse().ok())
+        self.statistics["seconds"]["total"]
+            .as_f64()
+            .or_else(|| self.film.header.get("nearfar.seconds")?.parse().ok())
     }
     fn has_halves(&self) -> bool {
         ["half0.R", "half1.R"].iter().all(|c| self.film.channels.contains_key(*c))
@@ -41,13 +45,19 @@ pub(super) fn pictures_in(dir: &Path) -> Vec<String> {
         .flatten()
         .flatten()
         .filter_map(|e| e.file_name().into_string().ok()?.strip_suffix(".exr").map(str::to_owned))
-        .filter(|n| !n.starts_with('.') && !n.ends_with(".half0") && !n.ends_with(".half1") && !n.ends_with(".var"))
+        .filter(|n| {
+            !n.starts_with('.')
+                && !n.ends_with(".half0")
+                && !n.ends_with(".half1")
+                && !n.ends_with(".var")
+        })
         .collect();
     names.sort();
     names
 }
 
-/// The folders of sections: `dir` itself as "." when it holds pictures, then its subfolders that do.
+/// The folders of sections: `dir` itself as "." when it holds pictures, then its subfolders that
+/// do.
 pub(super) fn sections_in(dir: &Path) -> Vec<String> {
     let mut folders: Vec<String> = std::fs::read_dir(dir)
         .into_iter()
@@ -80,7 +90,13 @@ pub(super) fn read_pictures(dir: &Path, names: &[String], run: &Run) -> Result<V
         }
         let beside = path.with_extension("json");
         let statistics = match std::fs::read_to_string(&beside) {
-            Ok(text) => serde_json::from_str(&text).map_err(|e| Error::Usage(format!("{}:{}: {e}; render again with --stats", beside.display(), e.line())))?,
+            Ok(text) => serde_json::from_str(&text).map_err(|e| {
+                Error::Usage(format!(
+                    "{}:{}: {e}; render again with --stats",
+                    beside.display(),
+                    e.line()
+                ))
+            })?,
             Err(_) => Value::Null,
         };
         pictures.push(Picture { name: name.clone(), path, film, statistics });
@@ -88,16 +104,25 @@ pub(super) fn read_pictures(dir: &Path, names: &[String], run: &Run) -> Result<V
     Ok(pictures)
 }
 
-/// The ground truth among `pictures`: the one asked for, else named truth or reference, else with two halves, else the path-traced one of the most samples.
+/// The ground truth among `pictures`: the one asked for, else named truth or reference, else with
+/// two halves, else the path-traced one of the most samples.
 pub(super) fn find_reference(pictures: &[Picture], asked: Option<&str>) -> Option<usize> {
     let named = |wanted: &str| pictures.iter().position(|p| p.name == wanted);
-    let mean_samples = |p: &Picture| p.film.channels.get("samples").map_or(0.0, |s| s.iter().sum::<f32>() / s.len().max(1) as f32);
+    let mean_samples = |p: &Picture| {
+        p.film
+            .channels
+            .get("samples")
+            .map_or(0.0, |s| s.iter().sum::<f32>() / s.len().max(1) as f32)
+    };
     let path_traced = || {
         let traced = pictures.iter().enumerate().filter(|(_, p)| p.method() == Some("path"));
         traced.max_by(|a, b| mean_samples(a.1).total_cmp(&mean_samples(b.1))).map(|(i, _)| i)
     };
     match asked {
         Some(name) => named(name),
-        None => named("truth").or_else(|| named("reference")).or_else(|| pictures.iter().position(Picture::has_halves)).or_else(path_traced),
+        None => named("truth")
+            .or_else(|| named("reference"))
+            .or_else(|| pictures.iter().position(Picture::has_halves))
+            .or_else(path_traced),
     }
 }

@@ -76,12 +76,19 @@ pub(super) struct Sweep {
 impl SectionPlan {
     /// Every picture the plan names outside `pictures`, with the key that names it.
     pub(super) fn named(&self) -> Vec<(&'static str, &str)> {
-        let mut names: Vec<(&'static str, &str)> = self.reference.iter().map(|n| ("reference", n.as_str())).collect();
+        let mut names: Vec<(&'static str, &str)> =
+            self.reference.iter().map(|n| ("reference", n.as_str())).collect();
         names.extend(self.pair.iter().flatten().map(|n| ("pair", n.as_str())));
         names.extend(self.ratio.iter().flatten().map(|n| ("ratio", n.as_str())));
         names.extend(self.layers.iter().map(|n| ("layers", n.as_str())));
-        names.extend(self.toggle.iter().flat_map(|t| [("toggle", t.off.as_str()), ("toggle", t.on.as_str())]));
-        names.extend(self.sweep.iter().flat_map(|s| s.pictures.iter().map(|n| ("sweep", n.as_str()))));
+        names.extend(
+            self.toggle
+                .iter()
+                .flat_map(|t| [("toggle", t.off.as_str()), ("toggle", t.on.as_str())]),
+        );
+        names.extend(
+            self.sweep.iter().flat_map(|s| s.pictures.iter().map(|n| ("sweep", n.as_str()))),
+        );
         names
     }
 }
@@ -98,7 +105,8 @@ pub(super) fn read_manifest(dir: &Path) -> Result<Manifest> {
         Err(e) => return Err(Error::Usage(format!("{}: {e}", path.display()))),
     };
     let manifest: Manifest = toml::from_str(&text).map_err(|e| {
-        let line = e.span().map_or(1, |s| 1 + text[..s.start.min(text.len())].matches('\n').count());
+        let line =
+            e.span().map_or(1, |s| 1 + text[..s.start.min(text.len())].matches('\n').count());
         Error::Usage(format!("{}:{line}: {}", path.display(), e.message().trim_end()))
     })?;
     for section in &manifest.section {

@@ -8,7 +8,9 @@ use super::folder::{Picture, find_reference};
 use super::manifest::{SectionPlan, Sweep, Toggle};
 use crate::error::Result;
 use crate::radiometry::Rgb;
-use crate::report::{Comparison, Reference, compare_with_flip, errors, exposure_of, read_reference};
+use crate::report::{
+    Comparison, Reference, compare_with_flip, errors, exposure_of, read_reference,
+};
 use crate::run::{Phase, Run};
 
 /// What the script gets of a section.
@@ -55,14 +57,25 @@ pub(super) struct Ratio {
     pub cache: String,
     pub ours: String,
     pub cache_over_ours: Option<f64>,
-    /// The reference's time × (its own relMSE / ours) over ours: Monte Carlo's error falls as 1 / samples.
+    /// The reference's time × (its own relMSE / ours) over ours: Monte Carlo's error falls as 1 /
+    /// samples.
     pub monte_carlo_over_ours: Option<f64>,
 }
 
-/// Above this relMSE of its own a reference's noise in the denominator of relMSE spoils the figures.
+/// Above this relMSE of its own a reference's noise in the denominator of relMSE spoils the
+/// figures.
 const NOISY: f64 = 0.01;
 
-const FACTS: [&str; 8] = ["clusters", "records", "rays_per_cluster", "alpha", "triangles", "cells", "peak_rss_bytes", "threads"];
+const FACTS: [&str; 8] = [
+    "clusters",
+    "records",
+    "rays_per_cluster",
+    "alpha",
+    "triangles",
+    "cells",
+    "peak_rss_bytes",
+    "threads",
+];
 
 fn shown(picture: &Picture, pixels: &[Rgb], reference: Option<&Reference>) -> Result<Shown> {
     let film = &picture.film;
@@ -72,24 +85,44 @@ fn shown(picture: &Picture, pixels: &[Rgb], reference: Option<&Reference>) -> Re
         name: picture.name.clone(),
         colors: encode::colors(pixels, film.width, film.height)?,
         flip: flip.map(|f| encode::map(&f, film.width, film.height)).transpose()?,
-        locations: film.channels.get("location").map(|l| encode::map(l, film.width, film.height)).transpose()?,
+        locations: film
+            .channels
+            .get("location")
+            .map(|l| encode::map(l, film.width, film.height))
+            .transpose()?,
         method: picture.method().map(str::to_owned),
         error,
         cpu_seconds: picture.cpu_seconds(),
         wall_seconds: picture.wall_seconds(),
-        facts: FACTS.iter().filter(|k| !picture.statistics[**k].is_null()).map(|k| (*k, picture.statistics[*k].clone())).collect(),
+        facts: FACTS
+            .iter()
+            .filter(|k| !picture.statistics[**k].is_null())
+            .map(|k| (*k, picture.statistics[*k].clone()))
+            .collect(),
     })
 }
 
 /// relMSE of the mean of two halves by their difference, per pixel at the denominators of the mean.
 fn own_noise(reference: &Reference) -> Option<f64> {
     let halves = reference.halves.as_ref()?;
-    let half_difference: Vec<Rgb> = halves.0.iter().zip(&halves.1).zip(&reference.mean).map(|((a, b), m)| *m + (*a - *b) * 0.5).collect();
+    let half_difference: Vec<Rgb> = halves
+        .0
+        .iter()
+        .zip(&halves.1)
+        .zip(&reference.mean)
+        .map(|((a, b), m)| *m + (*a - *b) * 0.5)
+        .collect();
     Some(errors(&half_difference, &reference.mean, None).relmse_trimmed)
 }
 
-fn ratio(names: Option<&[String; 2]>, pictures: &[Picture], made: &[Shown], truth: Option<(&Picture, f64)>) -> Option<Ratio> {
-    let by_method = |method: &str| pictures.iter().find(|p| p.method() == Some(method)).map(|p| p.name.clone());
+fn ratio(
+    names: Option<&[String; 2]>,
+    pictures: &[Picture],
+    made: &[Shown],
+    truth: Option<(&Picture, f64)>,
+) -> Option<Ratio> {
+    let by_method =
+        |method: &str| pictures.iter().find(|p| p.method() == Some(method)).map(|p| p.name.clone());
     let [cache, ours] = match names {
         Some(names) => names.clone(),
         None => [by_method("irradiance-cache")?, by_method("decomposition")?],
@@ -99,16 +132,28 @@ fn ratio(names: Option<&[String; 2]>, pictures: &[Picture], made: &[Shown], trut
     let own_seconds = own.cpu_seconds.filter(|s| *s > 0.0)?;
     let monte_carlo = truth.filter(|(_, noise)| *noise <= NOISY).and_then(|(picture, noise)| {
         let error = own.error.as_ref()?.errors.relmse_trimmed;
-        Some(picture.cpu_seconds()? * noise / error / own_seconds).filter(|v| v.is_finite() && *v > 0.0)
+        Some(picture.cpu_seconds()? * noise / error / own_seconds)
+            .filter(|v| v.is_finite() && *v > 0.0)
     });
-    Some(Ratio { cache_over_ours: theirs.cpu_seconds.map(|s| s / own_seconds), monte_carlo_over_ours: monte_carlo, cache, ours })
+    Some(Ratio {
+        cache_over_ours: theirs.cpu_seconds.map(|s| s / own_seconds),
+        monte_carlo_over_ours: monte_carlo,
+        cache,
+        ours,
+    })
 }
 
 /// Builds a section from its pictures, all of one size.
 ///
 /// # Errors
 /// Images that cannot be compared, Ctrl-C.
-pub(super) fn section(id: String, plan: &SectionPlan, pictures: &[Picture], run: &Run, phase: &Phase<'_>) -> Result<Section> {
+pub(super) fn section(
+    id: String,
+    plan: &SectionPlan,
+    pictures: &[Picture],
+    run: &Run,
+    phase: &Phase<'_>,
+) -> Result<Section> {
     let found = find_reference(pictures, plan.reference.as_deref());
     let reference = found.map(|i| read_reference(&pictures[i].path)).transpose()?;
     let (width, height) = (pictures[0].film.width, pictures[0].film.height);
@@ -120,10 +165,15 @@ pub(super) fn section(id: String, plan: &SectionPlan, pictures: &[Picture], run:
         if plan.layers.contains(&picture.name) {
             for layer in ["far", "near"] {
                 match picture.film.rgb(layer) {
-                    Some(values) => {
-                        made.push(Shown { name: format!("{} · {layer}", picture.name), colors: encode::colors(&values, width, height)?, ..Shown::default() })
-                    }
-                    None => run.warn(format!("{}: no layer {layer}; render with --aov {layer}", picture.path.display())),
+                    Some(values) => made.push(Shown {
+                        name: format!("{} · {layer}", picture.name),
+                        colors: encode::colors(&values, width, height)?,
+                        ..Shown::default()
+                    }),
+                    None => run.warn(format!(
+                        "{}: no layer {layer}; render with --aov {layer}",
+                        picture.path.display()
+                    )),
                 }
             }
         }
@@ -132,14 +182,25 @@ pub(super) fn section(id: String, plan: &SectionPlan, pictures: &[Picture], run:
     let name = |i: usize| pictures[i].name.clone();
     let first = (0..pictures.len()).find(|i| found != Some(*i)).unwrap_or(0);
     let swept = |n: &str| plan.sweep.as_ref().is_some_and(|s| s.pictures.iter().any(|p| p == n));
-    let ours = pictures.iter().enumerate().position(|(i, p)| p.method() == Some("decomposition") && found != Some(i) && !swept(&p.name)).unwrap_or(first);
+    let ours = pictures
+        .iter()
+        .enumerate()
+        .position(|(i, p)| {
+            p.method() == Some("decomposition") && found != Some(i) && !swept(&p.name)
+        })
+        .unwrap_or(first);
     let last = pictures.len() - 1;
-    let exposure = plan
-        .exposure
-        .unwrap_or_else(|| reference.as_ref().map_or_else(|| exposure_of(&pictures[0].film.rgb("").unwrap_or_default()), |r| exposure_of(&r.mean)));
+    let exposure = plan.exposure.unwrap_or_else(|| {
+        reference.as_ref().map_or_else(
+            || exposure_of(&pictures[0].film.rgb("").unwrap_or_default()),
+            |r| exposure_of(&r.mean),
+        )
+    });
     let noise = reference.as_ref().and_then(own_noise);
     Ok(Section {
-        title: plan.title.clone().unwrap_or_else(|| if plan.folder == "." { "Pictures".into() } else { plan.folder.clone() }),
+        title: plan.title.clone().unwrap_or_else(|| {
+            if plan.folder == "." { "Pictures".into() } else { plan.folder.clone() }
+        }),
         text: plan.text.clone(),
         pair: plan.pair.clone().unwrap_or_else(|| [name(ours), name(found.unwrap_or(last))]),
         ratio: ratio(plan.ratio.as_ref(), pictures, &made, found.map(|i| &pictures[i]).zip(noise)),

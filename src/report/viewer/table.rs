@@ -46,7 +46,8 @@ impl Table {
     /// Reads a binary little-endian PLY file whose first element is `vertex`.
     ///
     /// # Errors
-    /// [`Error::Io`] when the file cannot be read, [`Error::Input`] when it is no such file, is cut short, has no points, or points without a place.
+    /// [`Error::Io`] when the file cannot be read, [`Error::Input`] when it is no such file, is cut
+    /// short, has no points, or points without a place.
     pub fn read(path: &Path) -> Result<Self> {
         let io = |source| Error::Io { path: path.into(), source };
         let bad = |line: Option<usize>, message: String| Error::input(path, line, message);
@@ -56,7 +57,13 @@ impl Table {
         let mut header = header(&mut input).map_err(|(line, message)| bad(line, message))?;
         let bytes = header.row as u64 * header.count as u64;
         if bytes > length {
-            return Err(bad(None, format!("is cut short: {} points of {} B do not fit {length} B", header.count, header.row)));
+            return Err(bad(
+                None,
+                format!(
+                    "is cut short: {} points of {} B do not fit {length} B",
+                    header.count, header.row
+                ),
+            ));
         }
         if header.count == 0 {
             return Err(bad(None, "has no points: there is nothing to show".into()));
@@ -69,10 +76,16 @@ impl Table {
         let comments = std::mem::take(&mut header.comments);
         let table = Self { comments, header, rows };
         if let Some(missing) = ["x", "y", "z"].iter().find(|n| table.floats(n).is_none()) {
-            return Err(bad(None, format!("has no property \"{missing}\": points need x, y and z")));
+            return Err(bad(
+                None,
+                format!("has no property \"{missing}\": points need x, y and z"),
+            ));
         }
         if let Some(i) = table.places().iter().position(|p| !p.is_finite()) {
-            return Err(bad(None, format!("point {i} (counted from 0) has a place that is not finite")));
+            return Err(bad(
+                None,
+                format!("point {i} (counted from 0) has a place that is not finite"),
+            ));
         }
         Ok(table)
     }
@@ -87,7 +100,11 @@ impl Table {
     }
 
     pub(super) fn columns(&self) -> impl Iterator<Item = Column<'_>> {
-        self.header.properties.iter().map(|p| Column { name: &p.name, kind: p.kind, offset: p.offset })
+        self.header.properties.iter().map(|p| Column {
+            name: &p.name,
+            kind: p.kind,
+            offset: p.offset,
+        })
     }
 
     /// Bytes of a column, points in the given order.
@@ -122,9 +139,17 @@ impl Table {
     /// Areas of the discs, scene units squared.
     pub(super) fn areas(&self) -> Option<Vec<f32>> {
         let of = |r: f32| std::f32::consts::PI * r * r;
-        self.floats("_area").or_else(|| Some(self.floats("radius")?.into_iter().map(of).collect())).or_else(|| {
-            let (along, across) = (self.floats("radius_along")?, self.floats("radius_across")?);
-            Some(along.into_iter().zip(across).map(|(a, b)| std::f32::consts::PI * a * b).collect())
-        })
+        self.floats("_area")
+            .or_else(|| Some(self.floats("radius")?.into_iter().map(of).collect()))
+            .or_else(|| {
+                let (along, across) = (self.floats("radius_along")?, self.floats("radius_across")?);
+                Some(
+                    along
+                        .into_iter()
+                        .zip(across)
+                        .map(|(a, b)| std::f32::consts::PI * a * b)
+                        .collect(),
+                )
+            })
     }
 }

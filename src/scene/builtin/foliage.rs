@@ -1,8 +1,11 @@
-//! A tree whose crown is a cloud of leaves: open sheets, seen from both sides, that hide one another.
+//! A tree whose crown is a cloud of leaves: open sheets, seen from both sides, that hide one
+//! another.
 //!
-//! Units are metres, y up. Ground of 8 × 8; a trunk with branches; in an ellipsoid about (0, 1.9, 0) every leaf is two triangles folded along its
-//! midrib. Leaves are denser towards the crown's skin, as those of a tree are.
-//! Knobs  `leaves` 6000, `size` 0.11 (length of a leaf), `detail` 1 (multiplies the number of leaves and shrinks them so that the leaf area stays).
+//! Units are metres, y up. Ground of 8 × 8; a trunk with branches; in an ellipsoid about (0, 1.9,
+//! 0) every leaf is two triangles folded along its midrib. Leaves are denser towards the crown's
+//! skin, as those of a tree are.
+//! Knobs  `leaves` 6000, `size` 0.11 (length of a leaf), `detail` 1 (multiplies the number of
+//!        leaves and shrinks them so that the leaf area stays).
 
 use glam::Vec3;
 use serde::Deserialize;
@@ -40,9 +43,15 @@ const CROWN_HALF: Vec3 = Vec3::new(1.15, 0.95, 1.15);
 /// # Errors
 /// When a parameter is out of range.
 pub fn foliage(p: &FoliageParameters) -> Result<Generated, String> {
-    let in_range = (1..=1_000_000).contains(&p.leaves) && p.size > 0.0 && p.size <= 1.0 && (0.01..=100.0).contains(&p.detail);
+    let in_range = (1..=1_000_000).contains(&p.leaves)
+        && p.size > 0.0
+        && p.size <= 1.0
+        && (0.01..=100.0).contains(&p.detail);
     if !in_range {
-        return Err("leaves must lie from 1 to 1000000, size between 0 and 1, detail from 0.01 to 100".into());
+        return Err(
+            "leaves must lie from 1 to 1000000, size between 0 and 1, detail from 0.01 to 100"
+                .into(),
+        );
     }
     let colors: [(&str, [f32; 3]); 5] = [
         ("ground", [0.55, 0.5, 0.42]),
@@ -66,7 +75,14 @@ pub fn foliage(p: &FoliageParameters) -> Result<Generated, String> {
     for leaf in 0..count {
         add_leaf(&mut s, leaf, length);
     }
-    let materials = colors.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    let materials = colors
+        .iter()
+        .map(|&(name, albedo)| Material {
+            name: name.into(),
+            albedo: Rgb::from(albedo),
+            ..Material::default()
+        })
+        .collect();
     Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
 }
 
@@ -75,9 +91,22 @@ fn limb(s: &mut Solids, from: Vec3, to: Vec3, thick: f32, thin: f32) {
     let frame = Frame::from_normal((to - from).normalize());
     let ring = |at: Vec3, r: f32| {
         let corner = |(c, s): (f32, f32)| at + frame.world_from_local(Vec3::new(c * r, s * r, 0.0));
-        [(1.0, 0.0), (0.5, 0.866_025_4), (-0.5, 0.866_025_4), (-1.0, 0.0), (-0.5, -0.866_025_4), (0.5, -0.866_025_4)].map(corner).to_vec()
+        [
+            (1.0, 0.0),
+            (0.5, 0.866_025_4),
+            (-0.5, 0.866_025_4),
+            (-1.0, 0.0),
+            (-0.5, -0.866_025_4),
+            (0.5, -0.866_025_4),
+        ]
+        .map(corner)
+        .to_vec()
     };
-    s.tube(&[ring(from, thick), ring((from + to) * 0.5, (thick + thin) * 0.5), ring(to, thin)], false, 1);
+    s.tube(
+        &[ring(from, thick), ring((from + to) * 0.5, (thick + thin) * 0.5), ring(to, thin)],
+        false,
+        1,
+    );
 }
 
 /// Two triangles that share the midrib.
@@ -87,8 +116,10 @@ fn add_leaf(s: &mut Solids, leaf: u64, length: f32) {
     // Uniform in volume would be the cube root; the square root of that again thickens the skin.
     let at = CROWN + CROWN_HALF * out * rng.next_f32().powf(1.0 / 5.0);
     // Leaves hang outwards and down, with much scatter; their faces turn up.
-    let along = (out + Vec3::new(0.0, -0.3, 0.0) + sample_uniform_sphere(rng.next_2d()) * 0.9).normalize_or(Vec3::X);
-    let face = (Vec3::Y + out * 0.5 + sample_uniform_sphere(rng.next_2d()) * 0.8).normalize_or(Vec3::Y);
+    let along = (out + Vec3::new(0.0, -0.3, 0.0) + sample_uniform_sphere(rng.next_2d()) * 0.9)
+        .normalize_or(Vec3::X);
+    let face =
+        (Vec3::Y + out * 0.5 + sample_uniform_sphere(rng.next_2d()) * 0.8).normalize_or(Vec3::Y);
     let across = along.cross(face).normalize_or(Vec3::Z);
     let up = across.cross(along);
     let half = across * (0.28 * length) + up * (0.07 * length);

@@ -1,9 +1,11 @@
-//! A furry ball on a lawn's corner: hair of all directions close together, over skin and a white floor.
+//! A furry ball on a lawn's corner: hair of all directions close together, over skin and a white
+//! floor.
 //!
-//! The unit of length is the ball's radius without its fur. Hairs stand on a Fibonacci lattice with jitter, bend down and to one side, and taper to a
-//! point; blades of grass stand around on a square patch of the floor. Both are Catmull–Rom curves of four points.
-//! Knobs  `detail` 1: 30 000 hairs and 6 000 blades times this; `length` 0.35; `width` 0.012 at the root, thinner with more detail, so that what is
-//! covered stays the same.
+//! The unit of length is the ball's radius without its fur. Hairs stand on a Fibonacci lattice with
+//! jitter, bend down and to one side, and taper to a point; blades of grass stand around on a
+//! square patch of the floor. Both are Catmull–Rom curves of four points.
+//! Knobs  `detail` 1: 30 000 hairs and 6 000 blades times this; `length` 0.35; `width` 0.012 at the
+//!        root, thinner with more detail, so that what is covered stays the same.
 
 use std::f32::consts::{PI, TAU};
 
@@ -40,14 +42,21 @@ impl Default for FurParameters {
 /// # Errors
 /// When a parameter is out of range.
 pub fn fur(p: &FurParameters) -> Result<Generated, String> {
-    for (name, value, least, most) in [("detail", p.detail, 0.01, 30.0), ("length", p.length, 0.02, 2.0), ("width", p.width, 0.0005, 0.1)] {
+    for (name, value, least, most) in [
+        ("detail", p.detail, 0.01, 30.0),
+        ("length", p.length, 0.02, 2.0),
+        ("width", p.width, 0.0005, 0.1),
+    ] {
         if !(least..=most).contains(&value) {
             return Err(format!("{name} is {value} but must lie from {least} to {most}"));
         }
     }
     let mut s = Solids::default();
     s.cuboid(Vec3::new(-5.0, -1.5, -5.0), Vec3::new(5.0, -1.0, 5.0), 0);
-    let profile: Vec<Vec2> = (0..=32).map(|i| PI * (0.01 + 0.98 * i as f32 / 32.0)).map(|a| Vec2::new(a.sin(), -a.cos())).collect();
+    let profile: Vec<Vec2> = (0..=32)
+        .map(|i| PI * (0.01 + 0.98 * i as f32 / 32.0))
+        .map(|a| Vec2::new(a.sin(), -a.cos()))
+        .collect();
     s.lathe(Vec3::ZERO, &profile, 64, |_, _| 1.0, 1);
     let count = |per_detail: f32| (per_detail * p.detail).round().max(1.0) as u64;
     let width = p.width / p.detail.sqrt();
@@ -56,7 +65,8 @@ pub fn fur(p: &FurParameters) -> Result<Generated, String> {
     for i in 0..total {
         let mut rng = Rng::new(0, Stream::Scene, i, 1);
         let z = 1.0 - (2.0 * i as f32 + 1.0) / total as f32;
-        let angle = (i as f64 * 2.399_963_229_728_653 % f64::from(TAU)) as f32 + (rng.next_f32() - 0.5) * 0.1;
+        let angle = (i as f64 * 2.399_963_229_728_653 % f64::from(TAU)) as f32
+            + (rng.next_f32() - 0.5) * 0.1;
         let (sin, cos) = angle.sin_cos();
         let flat = (1.0 - z * z).max(0.0).sqrt();
         let root = Vec3::new(flat * cos, z, flat * sin);
@@ -74,10 +84,28 @@ pub fn fur(p: &FurParameters) -> Result<Generated, String> {
         let lean = rng.next_2d() - 0.5;
         let height = 0.25 + 0.35 * rng.next_f32();
         let start = Vec3::new(lean.x, 1.6, lean.y).normalize();
-        grass.push_curve(strand(Vec3::new(at.x, -1.01, at.y), start, Vec3::new(lean.x, -0.4, lean.y), height, width * 2.0));
+        grass.push_curve(strand(
+            Vec3::new(at.x, -1.01, at.y),
+            start,
+            Vec3::new(lean.x, -0.4, lean.y),
+            height,
+            width * 2.0,
+        ));
     }
-    let colors: [(&str, [f32; 3]); 4] = [("floor", [0.7; 3]), ("skin", [0.6, 0.42, 0.34]), ("fur", [0.72, 0.5, 0.3]), ("grass", [0.25, 0.5, 0.12])];
-    let materials = colors.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    let colors: [(&str, [f32; 3]); 4] = [
+        ("floor", [0.7; 3]),
+        ("skin", [0.6, 0.42, 0.34]),
+        ("fur", [0.72, 0.5, 0.3]),
+        ("grass", [0.25, 0.5, 0.12]),
+    ];
+    let materials = colors
+        .iter()
+        .map(|&(name, albedo)| Material {
+            name: name.into(),
+            albedo: Rgb::from(albedo),
+            ..Material::default()
+        })
+        .collect();
     Ok(Generated { mesh: s.mesh, curves: vec![hairs, grass], materials, ..Generated::default() })
 }
 

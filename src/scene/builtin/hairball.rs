@@ -1,9 +1,11 @@
 //! A ball of thin curled hairs in an open box: everything near a hair is hidden behind other hairs.
 //!
-//! Box of 3 × 2.6 × 3 units, open to the camera (+z), left wall warm, right wall cool; the ball of radius 0.8 floats at (0, 1.15, 0). A hair
-//! starts near the ball's centre and wanders outwards; at the ball's surface it turns back in. Each is a closed tube of three sides, so that
-//! no ray slips between front and back.
-//! Knobs  `hairs` 500, `thickness` 0.008 (radius of a hair), `detail` 1 (segments a unit of length, times 28).
+//! Box of 3 × 2.6 × 3 units, open to the camera (+z), left wall warm, right wall cool; the ball of
+//! radius 0.8 floats at (0, 1.15, 0). A hair starts near the ball's centre and wanders outwards; at
+//! the ball's surface it turns back in. Each is a closed tube of three sides, so that no ray slips
+//! between front and back.
+//! Knobs  `hairs` 500, `thickness` 0.008 (radius of a hair), `detail` 1 (segments a unit of length,
+//!        times 28).
 
 use glam::Vec3;
 use serde::Deserialize;
@@ -43,9 +45,15 @@ const LENGTH: f32 = 1.4;
 /// # Errors
 /// When a parameter is out of range.
 pub fn hairball(p: &HairballParameters) -> Result<Generated, String> {
-    let in_range = (1..=100_000).contains(&p.hairs) && p.thickness > 0.0 && p.thickness <= 0.1 && (0.1..=16.0).contains(&p.detail);
+    let in_range = (1..=100_000).contains(&p.hairs)
+        && p.thickness > 0.0
+        && p.thickness <= 0.1
+        && (0.1..=16.0).contains(&p.detail);
     if !in_range {
-        return Err("hairs must lie from 1 to 100000, thickness between 0 and 0.1, detail from 0.1 to 16".into());
+        return Err(
+            "hairs must lie from 1 to 100000, thickness between 0 and 0.1, detail from 0.1 to 16"
+                .into(),
+        );
     }
     let colors: [(&str, [f32; 3]); 6] = [
         ("white", [0.75; 3]),
@@ -70,7 +78,14 @@ pub fn hairball(p: &HairballParameters) -> Result<Generated, String> {
         let rings: Vec<Vec<Vec3>> = tube_rings(&path(hair, steps), p.thickness);
         s.tube(&rings, false, 3 + hair % 3);
     }
-    let materials = colors.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    let materials = colors
+        .iter()
+        .map(|&(name, albedo)| Material {
+            name: name.into(),
+            albedo: Rgb::from(albedo),
+            ..Material::default()
+        })
+        .collect();
     Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
 }
 
@@ -97,15 +112,20 @@ fn path(hair: u32, steps: u32) -> Vec<Vec3> {
 
 /// Triangular rings about the points, carried along without twist.
 fn tube_rings(points: &[Vec3], radius: f32) -> Vec<Vec<Vec3>> {
-    let tangent = |i: usize| (points[(i + 1).min(points.len() - 1)] - points[i.saturating_sub(1)]).normalize();
+    let tangent = |i: usize| {
+        (points[(i + 1).min(points.len() - 1)] - points[i.saturating_sub(1)]).normalize()
+    };
     let mut side = Frame::from_normal(tangent(0)).world_from_local(Vec3::X);
     (0..points.len())
         .map(|i| {
             let t = tangent(i);
-            side = (side - t * t.dot(side)).normalize_or(Frame::from_normal(t).world_from_local(Vec3::X));
+            side = (side - t * t.dot(side))
+                .normalize_or(Frame::from_normal(t).world_from_local(Vec3::X));
             let up = t.cross(side);
             // cos and sin of 0, 120 and 240 degrees.
-            [(1.0, 0.0), (-0.5, 0.866_025_4), (-0.5, -0.866_025_4)].map(|(c, s)| points[i] + (side * c + up * s) * radius).to_vec()
+            [(1.0, 0.0), (-0.5, 0.866_025_4), (-0.5, -0.866_025_4)]
+                .map(|(c, s)| points[i] + (side * c + up * s) * radius)
+                .to_vec()
         })
         .collect()
 }

@@ -1,9 +1,12 @@
 //! A hall and a gallery beside it, full of mouldings, lit only through the gallery's deep windows.
 //!
-//! Metres, y up. Hall x 0–8, y 0–4, z 0–5; behind it, three steps up, the gallery z 5.4–7.6 with four windows in a wall 0.5 m thick. Between them a
-//! colonnade with fluted columns and balustrades. Coffered ceiling, cornices, panelled walls. The shell is one closed solid with no opening
-//! but the windows: with a high sun from +z no direct light reaches the hall, so indirect light dominates there.
-//! Knob  `detail` (default 1): multiplies the segments of all round parts; 1 makes about 90 000 triangles, the count grows with its square.
+//! Metres, y up. Hall x 0–8, y 0–4, z 0–5; behind it, three steps up, the gallery z 5.4–7.6 with
+//! four windows in a wall 0.5 m thick. Between them a colonnade with fluted columns and
+//! balustrades. Coffered ceiling, cornices, panelled walls. The shell is one closed solid with no
+//! opening but the windows: with a high sun from +z no direct light reaches the hall, so indirect
+//! light dominates there.
+//! Knob  `detail` (default 1): multiplies the segments of all round parts; 1 makes about 90 000
+//!       triangles, the count grows with its square.
 
 use glam::{Vec2, Vec3};
 use serde::Deserialize;
@@ -68,7 +71,14 @@ pub fn interior(p: &InteriorParameters) -> Result<Generated, String> {
         balustrade(&mut s, from + 0.2, to - 0.2, &segments);
     }
     furniture(&mut s, &segments);
-    let materials = NAMES.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    let materials = NAMES
+        .iter()
+        .map(|&(name, albedo)| Material {
+            name: name.into(),
+            albedo: Rgb::from(albedo),
+            ..Material::default()
+        })
+        .collect();
     Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
 }
 
@@ -89,11 +99,15 @@ fn shell(s: &mut Solids) {
         let gallery = inside && y > GALLERY_FLOOR && z > 5.4 && z < 7.6;
         let opening = x > 0.8 && x < 7.2 && y > GALLERY_FLOOR && y < 3.3 && z > 5.0 && z < 5.4;
         let window = WINDOWS.iter().any(|w| (x - w).abs() < 0.45) && y > 1.1 && y < 3.3 && z > 7.6;
-        let steps = x > 3.2 && x < 4.8 && z < 5.0 && ((z > 4.1 && y < 0.15) || (z > 4.4 && y < 0.3) || (z > 4.7 && y < GALLERY_FLOOR));
+        let steps = x > 3.2
+            && x < 4.8
+            && z < 5.0
+            && ((z > 4.1 && y < 0.15) || (z > 4.4 && y < 0.3) || (z > 4.7 && y < GALLERY_FLOOR));
         !(hall && !steps || gallery || opening || window)
     };
     s.grid([&xs, &ys, &zs], filled, |c, n| {
-        let outside = c.x < -0.3 || c.x > 8.3 || c.y < -0.3 || c.y > 4.4 || c.z < -0.3 || c.z > 8.05;
+        let outside =
+            c.x < -0.3 || c.x > 8.3 || c.y < -0.3 || c.y > 4.4 || c.z < -0.3 || c.z > 8.05;
         if outside {
             OUTSIDE
         } else if n.y > 0.5 {
@@ -110,7 +124,10 @@ fn shell(s: &mut Solids) {
 
 /// A lattice of beams with a moulding in every coffer, and the cornice.
 fn ceiling(s: &mut Solids, detail: f32) {
-    let (nx, nz) = (((6.0 * detail.sqrt()).round() as usize).max(2), ((4.0 * detail.sqrt()).round() as usize).max(2));
+    let (nx, nz) = (
+        ((6.0 * detail.sqrt()).round() as usize).max(2),
+        ((4.0 * detail.sqrt()).round() as usize).max(2),
+    );
     let beam = 0.22;
     let lines = |n: usize, length: f32| -> Vec<f32> {
         let pitch = (length - beam) / n as f32;
@@ -126,15 +143,34 @@ fn ceiling(s: &mut Solids, detail: f32) {
     };
     let (xs, zs) = (lines(nx, 8.0), lines(nz, 5.0));
     s.grid([&xs, &[3.72, 4.02], &zs], |[i, _, k]| i % 2 == 0 || k % 2 == 0, |_, _| PLASTER);
-    let profile: Vec<Vec2> =
-        [(-0.01, -0.02), (-0.01, 0.12), (0.03, 0.12), (0.035, 0.09), (0.06, 0.07), (0.085, 0.06), (0.09, 0.03), (0.12, -0.02)].map(Vec2::from).into();
+    let profile: Vec<Vec2> = [
+        (-0.01, -0.02),
+        (-0.01, 0.12),
+        (0.03, 0.12),
+        (0.035, 0.09),
+        (0.06, 0.07),
+        (0.085, 0.06),
+        (0.09, 0.03),
+        (0.12, -0.02),
+    ]
+    .map(Vec2::from)
+    .into();
     for i in (1..xs.len() - 1).step_by(2) {
         for k in (1..zs.len() - 1).step_by(2) {
             let (w, d) = (xs[i + 1] - xs[i], zs[k + 1] - zs[k]);
             s.frame(Vec3::new(xs[i], 4.0, zs[k]), Vec3::X * w, Vec3::Z * d, &profile, PLASTER);
-            let rose = [(0.02, -0.02), (0.16, -0.02), (0.16, 0.02), (0.12, 0.04), (0.07, 0.045), (0.05, 0.07), (0.02, 0.08)];
+            let rose = [
+                (0.02, -0.02),
+                (0.16, -0.02),
+                (0.16, 0.02),
+                (0.12, 0.04),
+                (0.07, 0.045),
+                (0.05, 0.07),
+                (0.02, 0.08),
+            ];
             let around = ((20.0 * detail).round() as u32).max(6);
-            let rose: Vec<Vec2> = rose.iter().map(|&(r, h): &(f32, f32)| Vec2::new(r, -h)).collect();
+            let rose: Vec<Vec2> =
+                rose.iter().map(|&(r, h): &(f32, f32)| Vec2::new(r, -h)).collect();
             s.lathe(
                 Vec3::new((xs[i] + xs[i + 1]) * 0.5, 4.0, (zs[k] + zs[k + 1]) * 0.5),
                 &rose,
@@ -164,13 +200,32 @@ fn ceiling(s: &mut Solids, detail: f32) {
     s.frame(Vec3::new(0.0, 4.27, 5.4), Vec3::X * 8.0, Vec3::Z * 2.2, &cornice, PLASTER);
 }
 
-/// Panels framed by mouldings, skirting and dado rail on the three closed walls of the hall; window bars.
+/// Panels framed by mouldings, skirting and dado rail on the three closed walls of the hall; window
+/// bars.
 fn walls(s: &mut Solids) {
-    let panel: Vec<Vec2> =
-        [(0.0, -0.02), (0.0, 0.02), (0.015, 0.035), (0.035, 0.04), (0.05, 0.03), (0.06, 0.015), (0.075, 0.012), (0.08, -0.02)].map(Vec2::from).into();
-    let field: Vec<Vec2> = [(0.13, -0.02), (0.13, 0.008), (0.15, 0.02), (0.17, 0.02), (0.18, -0.02)].map(Vec2::from).into();
-    // Wall frames: (corner on the floor, direction along the wall, length); the room lies towards along × up.
-    let sides = [(Vec3::new(8.0, 0.0, 0.0), Vec3::NEG_X, 8.0, 6), (Vec3::ZERO, Vec3::Z, 5.0, 4), (Vec3::new(8.0, 0.0, 5.0), Vec3::NEG_Z, 5.0, 4)];
+    let panel: Vec<Vec2> = [
+        (0.0, -0.02),
+        (0.0, 0.02),
+        (0.015, 0.035),
+        (0.035, 0.04),
+        (0.05, 0.03),
+        (0.06, 0.015),
+        (0.075, 0.012),
+        (0.08, -0.02),
+    ]
+    .map(Vec2::from)
+    .into();
+    let field: Vec<Vec2> =
+        [(0.13, -0.02), (0.13, 0.008), (0.15, 0.02), (0.17, 0.02), (0.18, -0.02)]
+            .map(Vec2::from)
+            .into();
+    // Wall frames: (corner on the floor, direction along the wall, length); the room lies towards
+    // along × up.
+    let sides = [
+        (Vec3::new(8.0, 0.0, 0.0), Vec3::NEG_X, 8.0, 6),
+        (Vec3::ZERO, Vec3::Z, 5.0, 4),
+        (Vec3::new(8.0, 0.0, 5.0), Vec3::NEG_Z, 5.0, 4),
+    ];
     for (corner, along, length, count) in sides {
         let inwards = -along.cross(Vec3::Y);
         let pitch = (length - 0.2) / count as f32;
@@ -179,13 +234,27 @@ fn walls(s: &mut Solids) {
                 let at = corner + along * (0.1 + i as f32 * pitch + 0.08) + Vec3::Y * low;
                 let (e1, e2) = (along * (pitch - 0.16), Vec3::Y * (high - low));
                 // The frame rises along edge1 × edge2, which must point into the room.
-                let (at, e1) = if e1.cross(e2).dot(inwards) > 0.0 { (at, e1) } else { (at + e1, -e1) };
+                let (at, e1) =
+                    if e1.cross(e2).dot(inwards) > 0.0 { (at, e1) } else { (at + e1, -e1) };
                 s.frame(at, e1, e2, &panel, WOOD);
                 s.frame(at, e1, e2, &field, PLASTER);
             }
         }
-        let skirting: Vec<Vec2> = [(-0.02, -0.02), (0.05, -0.02), (0.05, 0.13), (0.035, 0.16), (0.02, 0.2), (-0.02, 0.2)].map(Vec2::from).into();
-        let dado: Vec<Vec2> = [(-0.02, 0.98), (0.03, 0.98), (0.05, 1.01), (0.07, 1.05), (0.05, 1.08), (0.02, 1.1), (-0.02, 1.1)].map(Vec2::from).into();
+        let skirting: Vec<Vec2> =
+            [(-0.02, -0.02), (0.05, -0.02), (0.05, 0.13), (0.035, 0.16), (0.02, 0.2), (-0.02, 0.2)]
+                .map(Vec2::from)
+                .into();
+        let dado: Vec<Vec2> = [
+            (-0.02, 0.98),
+            (0.03, 0.98),
+            (0.05, 1.01),
+            (0.07, 1.05),
+            (0.05, 1.08),
+            (0.02, 1.1),
+            (-0.02, 1.1),
+        ]
+        .map(Vec2::from)
+        .into();
         // Rails end inside the neighbouring walls' rails without lying on their faces.
         let (from, to) = (corner + along * 0.011, corner + along * (length - 0.013));
         s.bar(from, to, inwards, Vec3::Y, &skirting, WOOD);
@@ -194,7 +263,11 @@ fn walls(s: &mut Solids) {
     for w in WINDOWS {
         s.cuboid(Vec3::new(w - 0.02, 1.08, 7.82), Vec3::new(w + 0.02, 3.32, 7.86), WOOD);
         for y in [1.65, 2.2, 2.75] {
-            s.cuboid(Vec3::new(w - 0.47, y - 0.015, 7.825), Vec3::new(w + 0.47, y + 0.015, 7.855), WOOD);
+            s.cuboid(
+                Vec3::new(w - 0.47, y - 0.015, 7.825),
+                Vec3::new(w + 0.47, y + 0.015, 7.855),
+                WOOD,
+            );
         }
     }
 }
@@ -203,7 +276,11 @@ fn walls(s: &mut Solids) {
 fn column(s: &mut Solids, foot: Vec3, height: f32, segments: &impl Fn(u32) -> u32) {
     let (radius, flutes) = (0.15, 20.0);
     s.cuboid(foot + Vec3::new(-0.195, -0.02, -0.195), foot + Vec3::new(0.195, 0.08, 0.195), STONE);
-    s.cuboid(foot + Vec3::new(-0.195, height - 0.07, -0.195), foot + Vec3::new(0.195, height + 0.02, 0.195), STONE);
+    s.cuboid(
+        foot + Vec3::new(-0.195, height - 0.07, -0.195),
+        foot + Vec3::new(0.195, height + 0.02, 0.195),
+        STONE,
+    );
     let mut base = vec![Vec2::new(0.185, 0.07)];
     let bulge = |from: f32, tall: f32, r: f32, out: f32, base: &mut Vec<Vec2>| {
         let n = segments(6);
@@ -223,7 +300,10 @@ fn column(s: &mut Solids, foot: Vec3, height: f32, segments: &impl Fn(u32) -> u3
     let n = segments(8);
     for i in 0..=n {
         let t = i as f32 / n as f32;
-        capital.push(Vec2::new(0.145 + 0.045 * (t * std::f32::consts::FRAC_PI_2).sin(), height - 0.18 + 0.10 * t));
+        capital.push(Vec2::new(
+            0.145 + 0.045 * (t * std::f32::consts::FRAC_PI_2).sin(),
+            height - 0.18 + 0.10 * t,
+        ));
     }
     capital.push(Vec2::new(0.17, height - 0.06));
     s.lathe(foot, &capital, segments(48), |_, _| 1.0, STONE);
@@ -245,11 +325,24 @@ fn column(s: &mut Solids, foot: Vec3, height: f32, segments: &impl Fn(u32) -> u3
 /// Balusters under a rail from x = `from` to `to`.
 fn balustrade(s: &mut Solids, from: f32, to: f32, segments: &impl Fn(u32) -> u32) {
     let (z, foot) = (5.2, GALLERY_FLOOR);
-    let rail: Vec<Vec2> =
-        [(-0.10, 0.72), (0.10, 0.72), (0.12, 0.76), (0.12, 0.80), (0.09, 0.84), (-0.09, 0.84), (-0.12, 0.80), (-0.12, 0.76)].map(Vec2::from).into();
+    let rail: Vec<Vec2> = [
+        (-0.10, 0.72),
+        (0.10, 0.72),
+        (0.12, 0.76),
+        (0.12, 0.80),
+        (0.09, 0.84),
+        (-0.09, 0.84),
+        (-0.12, 0.80),
+        (-0.12, 0.76),
+    ]
+    .map(Vec2::from)
+    .into();
     let (start, end) = (Vec3::new(from - 0.1, foot, z), Vec3::new(to + 0.1, foot, z));
     s.bar(start, end, Vec3::Z, Vec3::Y, &rail, STONE);
-    let plinth: Vec<Vec2> = [(-0.09, -0.02), (0.09, -0.02), (0.09, 0.06), (0.07, 0.09), (-0.07, 0.09), (-0.09, 0.06)].map(Vec2::from).into();
+    let plinth: Vec<Vec2> =
+        [(-0.09, -0.02), (0.09, -0.02), (0.09, 0.06), (0.07, 0.09), (-0.07, 0.09), (-0.09, 0.06)]
+            .map(Vec2::from)
+            .into();
     s.bar(start, end, Vec3::Z, Vec3::Y, &plinth, STONE);
     let count = 9;
     let rings = segments(30);
@@ -257,7 +350,10 @@ fn balustrade(s: &mut Solids, from: f32, to: f32, segments: &impl Fn(u32) -> u32
         .map(|i| {
             let t = i as f32 / rings as f32;
             let belly = 0.034 * (-((t - 0.32) / 0.17).powi(2)).exp();
-            let collar = 0.014 * ((-((t - 0.08) / 0.03).powi(2)).exp() + (-((t - 0.72) / 0.03).powi(2)).exp() + (-((t - 0.93) / 0.05).powi(2)).exp());
+            let collar = 0.014
+                * ((-((t - 0.08) / 0.03).powi(2)).exp()
+                    + (-((t - 0.72) / 0.03).powi(2)).exp()
+                    + (-((t - 0.93) / 0.05).powi(2)).exp());
             Vec2::new(0.026 + belly + collar, 0.08 + 0.65 * t)
         })
         .collect();
@@ -280,9 +376,21 @@ fn furniture(s: &mut Solids, segments: &impl Fn(u32) -> u32) {
         Vec2::new(0.05 + body + 0.06 * (1.0 - t).powi(8) + 0.09 * t.powi(10), 0.98 + 0.72 * t)
     });
     let outer: Vec<Vec2> = outer.collect();
-    let inner = outer.iter().rev().take(n as usize * 3 / 4).map(|p| Vec2::new(p.x - 0.018, p.y + 0.004));
+    let inner =
+        outer.iter().rev().take(n as usize * 3 / 4).map(|p| Vec2::new(p.x - 0.018, p.y + 0.004));
     let vase: Vec<Vec2> = outer.iter().copied().chain(inner).collect();
-    s.lathe(foot, &vase, segments(72), |a, p| 1.0 + 0.03 * (24.0 * a).cos() * ((p.y - 1.1) * 4.0).clamp(0.0, 1.0) * ((1.6 - p.y) * 4.0).clamp(0.0, 1.0), RED);
+    s.lathe(
+        foot,
+        &vase,
+        segments(72),
+        |a, p| {
+            1.0 + 0.03
+                * (24.0 * a).cos()
+                * ((p.y - 1.1) * 4.0).clamp(0.0, 1.0)
+                * ((1.6 - p.y) * 4.0).clamp(0.0, 1.0)
+        },
+        RED,
+    );
     let bench = Vec3::new(4.3, 0.0, 0.55);
     s.cuboid(bench + Vec3::new(-0.9, 0.42, -0.22), bench + Vec3::new(0.9, 0.5, 0.22), RED);
     s.cuboid(bench + Vec3::new(-0.88, 0.36, -0.20), bench + Vec3::new(0.88, 0.43, 0.20), WOOD);

@@ -1,4 +1,5 @@
-//! Scenes made by code: parametric, deterministic, with their materials; asked for by `[[mesh]] builtin = "…"` in a scene file.
+//! Scenes made by code: parametric, deterministic, with their materials; asked for by `[[mesh]]
+//! builtin = "…"` in a scene file.
 
 mod atrium;
 mod cathedral;
@@ -43,7 +44,9 @@ pub struct Generated {
 /// A message that lists the names or parameters there are.
 pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, String> {
     fn read<T: serde::de::DeserializeOwned>(t: &toml::Table) -> Result<T, String> {
-        t.clone().try_into().map_err(|e: toml::de::Error| format!("parameters: {}", e.message().trim_end()))
+        t.clone()
+            .try_into()
+            .map_err(|e: toml::de::Error| format!("parameters: {}", e.message().trim_end()))
     }
     let mut made = match name {
         "atrium" => atrium(&read(parameters)?)?,
@@ -55,7 +58,11 @@ pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, Strin
         "slats" => slats(&read(parameters)?)?,
         "study" => study(&read(parameters)?)?,
         "subdivision" => subdivision(&read(parameters)?)?,
-        _ => return Err(format!("there is no builtin \"{name}\"; there are: atrium, cathedral, foliage, fur, hairball, interior, slats, study, subdivision")),
+        _ => {
+            return Err(format!(
+                "there is no builtin \"{name}\"; there are: atrium, cathedral, foliage, fur, hairball, interior, slats, study, subdivision"
+            ));
+        }
     };
     made.mesh.name = name.into();
     made.cages.iter_mut().for_each(|c| c.name = name.into());
@@ -76,7 +83,11 @@ mod tests {
             let count = made.mesh.triangles.len();
             assert!(name != "interior" || (50_000..200_000).contains(&count), "{count}");
             assert!(name != "atrium" || (700_000..800_000).contains(&count), "{count}");
-            let geometry = Geometry::new(&Scene { meshes: vec![made.mesh], materials: made.materials, ..Scene::default() });
+            let geometry = Geometry::new(&Scene {
+                meshes: vec![made.mesh],
+                materials: made.materials,
+                ..Scene::default()
+            });
             assert_eq!(geometry.dropped_degenerate + geometry.dropped_duplicate, 0, "{name}");
             let topology = analyze_topology(&geometry);
             let open = topology.closed_of_triangle.iter().filter(|c| !**c).count();
@@ -92,17 +103,46 @@ mod tests {
 
     #[test]
     fn same_every_time_and_growing_with_detail() {
-        let with = |detail: f64| generate("interior", &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(detail))])).unwrap().mesh;
+        let with = |detail: f64| {
+            generate(
+                "interior",
+                &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(detail))]),
+            )
+            .unwrap()
+            .mesh
+        };
         assert_eq!(with(0.5).positions, with(0.5).positions);
         assert!(with(1.0).triangles.len() > 2 * with(0.5).triangles.len());
         for name in ["foliage", "hairball"] {
-            let with = |detail: f64| generate(name, &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(detail))])).unwrap().mesh;
+            let with = |detail: f64| {
+                generate(
+                    name,
+                    &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(detail))]),
+                )
+                .unwrap()
+                .mesh
+            };
             assert_eq!(with(0.5).positions, with(0.5).positions);
             assert!(with(1.0).triangles.len() * 10 > with(0.5).triangles.len() * 19, "{name}");
         }
-        let coarse = generate("atrium", &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(0.05))])).unwrap().mesh;
+        let coarse = generate(
+            "atrium",
+            &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(0.05))]),
+        )
+        .unwrap()
+        .mesh;
         assert!((15_000..30_000).contains(&coarse.triangles.len()), "{}", coarse.triangles.len());
-        assert!(generate("interior", &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(99.0))])).is_err());
-        assert!(generate("castle", &toml::Table::new()).unwrap_err().contains("interior, slats, study, subdivision"));
+        assert!(
+            generate(
+                "interior",
+                &toml::Table::from_iter([("detail".to_owned(), toml::Value::Float(99.0))])
+            )
+            .is_err()
+        );
+        assert!(
+            generate("castle", &toml::Table::new())
+                .unwrap_err()
+                .contains("interior, slats, study, subdivision")
+        );
     }
 }

@@ -1,7 +1,9 @@
-//! Boxes of horizontal slats inside one another, in a white room open to a lamp on one side: near surfaces that hide each other.
+//! Boxes of horizontal slats inside one another, in a white room open to a lamp on one side: near
+//! surfaces that hide each other.
 //!
-//! The unit of length is the height of the outermost box. Every slat is a closed solid of `thickness`; slats of neighbouring boxes are staggered, so that most of
-//! what lies near a point is hidden from it by something nearer.
+//! The unit of length is the height of the outermost box. Every slat is a closed solid of
+//! `thickness`; slats of neighbouring boxes are staggered, so that most of what lies near a point
+//! is hidden from it by something nearer.
 //! Knobs  `boxes` 3, `slats` 10 per side and box, `thickness` 0.25 of a slat's pitch.
 
 use glam::Vec3;
@@ -37,12 +39,23 @@ impl Default for SlatsParameters {
 pub fn slats(p: &SlatsParameters) -> Result<Generated, String> {
     let thin = p.thickness > 0.0 && p.thickness < 1.0;
     if !(1..=8).contains(&p.boxes) || !(2..=200).contains(&p.slats) || !thin {
-        return Err("boxes must lie from 1 to 8, slats from 2 to 200, thickness between 0 and 1".into());
+        return Err(
+            "boxes must lie from 1 to 8, slats from 2 to 200, thickness between 0 and 1".into()
+        );
     }
-    let colors: [(&str, [f32; 3]); 4] = [("white", [0.75; 3]), ("warm", [0.75, 0.45, 0.2]), ("cool", [0.2, 0.4, 0.7]), ("pale", [0.7, 0.68, 0.5])];
+    let colors: [(&str, [f32; 3]); 4] = [
+        ("white", [0.75; 3]),
+        ("warm", [0.75, 0.45, 0.2]),
+        ("cool", [0.2, 0.4, 0.7]),
+        ("pale", [0.7, 0.68, 0.5]),
+    ];
     let mut s = Solids::default();
     // A floor, a back and a left wall as one solid.
-    s.grid([&[-1.6, -1.5, 1.5], &[-0.1, 0.0, 2.0], &[-1.3, -1.2, 1.5]], |[i, j, k]| i == 0 || j == 0 || k == 0, |_, _| 0);
+    s.grid(
+        [&[-1.6, -1.5, 1.5], &[-0.1, 0.0, 2.0], &[-1.3, -1.2, 1.5]],
+        |[i, j, k]| i == 0 || j == 0 || k == 0,
+        |_, _| 0,
+    );
     for b in 0..p.boxes {
         let shrink = 1.0 - b as f32 / (p.boxes as f32 + 0.4);
         let (half, height) = (0.62 * shrink, 0.25 + 0.95 * shrink);
@@ -69,6 +82,13 @@ pub fn slats(p: &SlatsParameters) -> Result<Generated, String> {
         }
     }
     s.cuboid(Vec3::new(-0.09, 0.2, -0.09), Vec3::new(0.09, 0.75, 0.09), 1);
-    let materials = colors.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    let materials = colors
+        .iter()
+        .map(|&(name, albedo)| Material {
+            name: name.into(),
+            albedo: Rgb::from(albedo),
+            ..Material::default()
+        })
+        .collect();
     Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
 }

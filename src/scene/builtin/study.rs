@@ -1,7 +1,9 @@
-//! A furnished study, made for lighting by hand: corners, furniture on the floor, things on tables, colours beside white walls.
+//! A furnished study, made for lighting by hand: corners, furniture on the floor, things on tables,
+//! colours beside white walls.
 //!
-//! Metres, y up. Room x 0–6, y 0–3, z 0–5, closed all around; the camera stands inside. Boards on the floor, skirting and cornice, a shelf of
-//! books, a desk with a chair, a sofa on a rug, a low table with fruit, a curtain. What touches overlaps by millimetres, never lies face on face.
+//! Metres, y up. Room x 0–6, y 0–3, z 0–5, closed all around; the camera stands inside. Boards on
+//! the floor, skirting and cornice, a shelf of books, a desk with a chair, a sofa on a rug, a low
+//! table with fruit, a curtain. What touches overlaps by millimetres, never lies face on face.
 //! Knob  `detail` (default 1, 0.25–8) multiplies the segments of all round parts.
 
 mod furniture;
@@ -82,7 +84,14 @@ pub fn study(p: &StudyParameters) -> Result<Generated, String> {
     furniture::sofa(&mut s, &segments);
     furniture::low_table(&mut s, &segments);
     furniture::curtain(&mut s, &segments);
-    let materials = NAMES.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    let materials = NAMES
+        .iter()
+        .map(|&(name, albedo)| Material {
+            name: name.into(),
+            albedo: Rgb::from(albedo),
+            ..Material::default()
+        })
+        .collect();
     Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
 }
 
@@ -100,12 +109,21 @@ fn shell(s: &mut Solids) {
             let (from, to) = (x.max(-0.02), (x + length).min(SIZE.x + 0.02));
             if to - from > 0.05 {
                 let high = 0.012 + 0.001 * rng.next_f32();
-                block(s, Vec3::new(from + 0.001, -0.02, z + 0.001), Vec3::new(to - 0.001, high, z + width - 0.001), 0.0025, BOARD + rng.below(3) as u32);
+                block(
+                    s,
+                    Vec3::new(from + 0.001, -0.02, z + 0.001),
+                    Vec3::new(to - 0.001, high, z + width - 0.001),
+                    0.0025,
+                    BOARD + rng.below(3) as u32,
+                );
             }
             x += length;
         }
     }
-    let skirting: Vec<Vec2> = [(-0.01, 0.0), (0.018, 0.0), (0.018, 0.09), (0.012, 0.11), (0.006, 0.125), (-0.01, 0.125)].map(Vec2::from).into();
+    let skirting: Vec<Vec2> =
+        [(-0.01, 0.0), (0.018, 0.0), (0.018, 0.09), (0.012, 0.11), (0.006, 0.125), (-0.01, 0.125)]
+            .map(Vec2::from)
+            .into();
     let cornice: Vec<Vec2> = [
         (-0.01, -0.16),
         (0.012, -0.16),
@@ -132,9 +150,22 @@ fn block(s: &mut Solids, low: Vec3, high: Vec3, chamfer: f32, material: u32) {
     let c = chamfer.min(0.2 * (high - low).min_element());
     let ring = |y: f32, inset: f32| {
         let (a, b) = (low + inset, high - inset);
-        [(a.x, a.z + c), (a.x + c, a.z), (b.x - c, a.z), (b.x, a.z + c), (b.x, b.z - c), (b.x - c, b.z), (a.x + c, b.z), (a.x, b.z - c)]
-            .map(|(x, z)| Vec3::new(x, y, z))
-            .to_vec()
+        [
+            (a.x, a.z + c),
+            (a.x + c, a.z),
+            (b.x - c, a.z),
+            (b.x, a.z + c),
+            (b.x, b.z - c),
+            (b.x - c, b.z),
+            (a.x + c, b.z),
+            (a.x, b.z - c),
+        ]
+        .map(|(x, z)| Vec3::new(x, y, z))
+        .to_vec()
     };
-    s.tube(&[ring(low.y, c), ring(low.y + c, 0.0), ring(high.y - c, 0.0), ring(high.y, c)], false, material);
+    s.tube(
+        &[ring(low.y, c), ring(low.y + c, 0.0), ring(high.y - c, 0.0), ring(high.y, c)],
+        false,
+        material,
+    );
 }

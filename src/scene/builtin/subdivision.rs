@@ -1,7 +1,9 @@
-//! Subdivision surfaces with all that their cages can hold: a row of cubes whose rims are creases of growing sharpness, a frame of high genus, a
-//! turned vase with sharp rims and an open mouth, and an open sheet with a sharp fold, on a floor.
+//! Subdivision surfaces with all that their cages can hold: a row of cubes whose rims are creases
+//! of growing sharpness, a frame of high genus, a turned vase with sharp rims and an open mouth,
+//! and an open sheet with a sharp fold, on a floor.
 //!
-//! The unit of length is a cube of the row. Cages only; how fine they become is up to the `subdivision` of the mesh entry.
+//! The unit of length is a cube of the row. Cages only; how fine they become is up to the
+//! `subdivision` of the mesh entry.
 
 use std::f32::consts::TAU;
 
@@ -32,9 +34,21 @@ pub fn subdivision(_: &SubdivisionParameters) -> Result<Generated, String> {
     frame(&mut cage, Vec3::new(4.0, 0.0, -1.2), 0.75);
     vase(&mut cage, Vec3::new(0.0, 0.0, -0.6));
     sheet(&mut cage, Vec3::new(2.4, 0.0, -3.2));
-    let colors: [(&str, [f32; 3]); 5] =
-        [("floor", [0.7; 3]), ("cubes", [0.75, 0.55, 0.25]), ("frame", [0.25, 0.45, 0.7]), ("vase", [0.7, 0.25, 0.2]), ("sheet", [0.45, 0.6, 0.3])];
-    let materials = colors.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    let colors: [(&str, [f32; 3]); 5] = [
+        ("floor", [0.7; 3]),
+        ("cubes", [0.75, 0.55, 0.25]),
+        ("frame", [0.25, 0.45, 0.7]),
+        ("vase", [0.7, 0.25, 0.2]),
+        ("sheet", [0.45, 0.6, 0.3]),
+    ];
+    let materials = colors
+        .iter()
+        .map(|&(name, albedo)| Material {
+            name: name.into(),
+            albedo: Rgb::from(albedo),
+            ..Material::default()
+        })
+        .collect();
     Ok(Generated { mesh: s.mesh, cages: vec![cage], materials, ..Generated::default() })
 }
 
@@ -42,9 +56,11 @@ pub fn subdivision(_: &SubdivisionParameters) -> Result<Generated, String> {
 fn cube(cage: &mut Cage, foot: Vec3, sharpness: f32) {
     let base = cage.positions.len() as u32;
     for i in 0..8u32 {
-        cage.positions.push(foot + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32));
+        cage.positions
+            .push(foot + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32));
     }
-    for face in [[0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6], [0, 4, 6, 2], [1, 3, 7, 5]] {
+    for face in [[0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6], [0, 4, 6, 2], [1, 3, 7, 5]]
+    {
         cage.push_face(&face.map(|i| base + i), 1);
     }
     for [a, b] in [[0, 1], [1, 5], [5, 4], [4, 0], [2, 3], [3, 7], [7, 6], [6, 2]] {
@@ -73,7 +89,11 @@ fn frame(cage: &mut Cage, foot: Vec3, cell: f32) {
                 }
                 let (u, v) = (unit(axis + 1), unit(axis + 2));
                 let o = c + unit(axis) * outward;
-                let ring = if outward == 1 { [o, o + u, o + u + v, o + v] } else { [o, o + v, o + u + v, o + u] };
+                let ring = if outward == 1 {
+                    [o, o + u, o + u + v, o + v]
+                } else {
+                    [o, o + v, o + u + v, o + u]
+                };
                 let corners = ring.map(|p| {
                     *ids.entry(p.to_array()).or_insert_with(|| {
                         cage.positions.push(foot + p.as_vec3() * cell);
@@ -110,7 +130,10 @@ fn vase(cage: &mut Cage, foot: Vec3) {
     }
     for ring in 0..profile.len() as u32 - 1 {
         for k in 0..AROUND {
-            cage.push_face(&[at(ring, k), at(ring + 1, k), at(ring + 1, k + 1), at(ring, k + 1)], 3);
+            cage.push_face(
+                &[at(ring, k), at(ring + 1, k), at(ring + 1, k + 1), at(ring, k + 1)],
+                3,
+            );
         }
     }
     let last = profile.len() as u32 - 1;

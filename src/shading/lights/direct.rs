@@ -13,17 +13,27 @@ pub fn light_visible(world: &World, sample: &LightSample) -> bool {
         None => !world.rays.occluded(&sample.ray),
         Some(light) => world.rays.closest(&sample.ray).is_some_and(|hit| {
             let t = hit.triangle as usize;
-            world.geometry.light_of[t] == light && world.geometry.face_normals[t].dot(sample.wi) < 0.0
+            world.geometry.light_of[t] == light
+                && world.geometry.face_normals[t].dot(sample.wi) < 0.0
         }),
     }
 }
 
-/// Irradiance at the surface point `p` with facing geometric normal `ng` and normal `n` (both unit) from sun, lamps and emitters (not
-/// the sky) by up to `count` shadow rays; also returns how many were shot.
+/// Irradiance at the surface point `p` with facing geometric normal `ng` and normal `n` (both unit)
+/// from sun, lamps and emitters (not the sky) by up to `count` shadow rays; also returns how many
+/// were shot.
 ///
-/// `sample(i)` gives (pick, uv) of ray i, uniform; the pick is stratified here: ray i takes the i-th of `count` equal parts.
-/// `p` is moved off the surface along `ng` here. A single light without extent takes one ray whatever `count`. W·m⁻²; 0 for `count` = 0.
-pub fn direct_irradiance(world: &World, p: Vec3, ng: Vec3, n: Vec3, count: u32, sample: &mut dyn FnMut(u32) -> (f32, Vec2)) -> (Rgb, u64) {
+/// `sample(i)` gives (pick, uv) of ray i, uniform; the pick is stratified here: ray i takes the
+/// i-th of `count` equal parts. `p` is moved off the surface along `ng` here. A single light
+/// without extent takes one ray whatever `count`. W·m⁻²; 0 for `count` = 0.
+pub fn direct_irradiance(
+    world: &World,
+    p: Vec3,
+    ng: Vec3,
+    n: Vec3,
+    count: u32,
+    sample: &mut dyn FnMut(u32) -> (f32, Vec2),
+) -> (Rgb, u64) {
     if world.lights.is_empty() || count == 0 {
         return (Rgb::ZERO, 0);
     }

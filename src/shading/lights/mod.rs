@@ -1,14 +1,18 @@
-//! Light sources: next-event estimation, densities for multiple importance sampling, photon emission.
+//! Light sources: next-event estimation, densities for multiple importance sampling, photon
+//! emission.
 //!
 //! Computes   E(p, n) = Σ_lights ∫ L cos θ V dω by samples, and photons of flux Φ / p.
-//! Input      [`Scene`], [`Geometry`]: emissive mesh triangles, quads (as triangles), spheres, suns, points, spots; the sky, a map of it.
-//! Output     [`LightTable`], built once. The sky is *not* part of next-event estimation, but for the bright part of a map
-//!            ([`Sky`]): cosine-sampled rays find it with little noise; it is part of photon emission.
-//! Method     A light is picked in two steps: a group by its estimated unoccluded irradiance at p (`pick`), then a light of the
-//!            group by power. Up to 64 lights are groups of their own. Triangles are sampled by area, spheres by the cone around
-//!            them (a sample counts only if its ray meets the tessellated sphere), suns by their disc.
-//! Guarantees every point of every light that can reach p has a positive density; [`LightTable::pdf_solid_angle`] is exactly the
-//!            density of [`LightTable::sample`].
+//! Input      [`Scene`], [`Geometry`]: emissive mesh triangles, quads (as triangles), spheres,
+//!            suns, points, spots; the sky, a map of it.
+//! Output     [`LightTable`], built once. The sky is *not* part of next-event estimation, but for
+//!            the bright part of a map ([`Sky`]): cosine-sampled rays find it with little noise; it
+//!            is part of photon emission.
+//! Method     A light is picked in two steps: a group by its estimated unoccluded irradiance at p
+//!            (`pick`), then a light of the group by power. Up to 64 lights are groups of their
+//!            own. Triangles are sampled by area, spheres by the cone around them (a sample counts
+//!            only if its ray meets the tessellated sphere), suns by their disc. Guarantees every
+//!            point of every light that can reach p has a positive density;
+//!            [`LightTable::pdf_solid_angle`] is exactly the density of [`LightTable::sample`].
 //! Not        occlusion. A narrow spot or a lamp behind a wall is picked as if it were visible.
 //! Cost       O(groups) ≤ 64 per sample and per density; about 100 B per emissive triangle.
 //! Knobs      `direct.light_samples` (shadow rays per camera sample, default 1).
@@ -41,11 +45,13 @@ pub struct LightSample {
     pub wi: Vec3,
     /// Shadow ray: open segment from the shading point to just short of the light.
     pub ray: Ray,
-    /// Radiance over the density of the whole choice (light and point), so that E ≈ cos θ · `weight` when unoccluded.
+    /// Radiance over the density of the whole choice (light and point), so that E ≈ cos θ ·
+    /// `weight` when unoccluded.
     pub weight: Rgb,
     /// Density of `wi` per steradian, including the choice of light; infinite for delta lights.
     pub pdf_solid_angle: f32,
-    /// Set for tessellated sphere lights: the sample counts only if the closest hit of `ray` is a triangle of this scene light.
+    /// Set for tessellated sphere lights: the sample counts only if the closest hit of `ray` is a
+    /// triangle of this scene light.
     pub must_hit_light: Option<u32>,
 }
 
@@ -54,7 +60,8 @@ pub struct LightSample {
 pub struct PhotonEmission {
     /// Ray of the photon.
     pub ray: Ray,
-    /// Flux of all lights divided by the density of this choice, W per channel: divide by the number of photons tried.
+    /// Flux of all lights divided by the density of this choice, W per channel: divide by the
+    /// number of photons tried.
     pub flux: Rgb,
     /// It is the sky's: no shadow ray computes its first hit.
     pub from_sky: bool,
@@ -140,7 +147,8 @@ pub struct LightTable {
     /// The sky without suns and without the bright part of a map.
     pub sky: Sky,
     sources: Vec<Source>,
-    /// Source of every triangle of the geometry; `u32::MAX` for none. Empty without sources of that kind.
+    /// Source of every triangle of the geometry; `u32::MAX` for none. Empty without sources of that
+    /// kind.
     source_of_triangle: Vec<u32>,
     groups: Groups,
     /// Photon emission: sources in order, then the sky.
@@ -154,12 +162,21 @@ pub struct LightTable {
 impl LightTable {
     /// True when a single shadow ray is all there is to know: one light, without extent.
     pub fn is_one_delta(&self) -> bool {
-        matches!(self.sources.as_slice(), [Source::DeltaSun { .. } | Source::Point { .. } | Source::Spot { .. }])
+        matches!(
+            self.sources.as_slice(),
+            [Source::DeltaSun { .. } | Source::Point { .. } | Source::Spot { .. }]
+        )
     }
     /// Collects emissive triangles and lights. Lights of zero power are left out.
     pub fn new(scene: &Scene, geometry: &Geometry) -> Self {
         let mut table = Self {
-            sky: Sky::new(scene.lights.iter().map(|l| if let Light::Sky { radiance } = l { *radiance } else { Rgb::ZERO }).sum()),
+            sky: Sky::new(
+                scene
+                    .lights
+                    .iter()
+                    .map(|l| if let Light::Sky { radiance } = l { *radiance } else { Rgb::ZERO })
+                    .sum(),
+            ),
             diagonal: geometry.bounds.diagonal(),
             ..Self::default()
         };
@@ -167,7 +184,9 @@ impl LightTable {
             table.center = geometry.bounds.center();
             table.radius = 0.5001 * table.diagonal;
         }
-        let is_sphere = |light: u32| light != u32::MAX && matches!(scene.lights[light as usize], Light::Sphere { .. });
+        let is_sphere = |light: u32| {
+            light != u32::MAX && matches!(scene.lights[light as usize], Light::Sphere { .. })
+        };
         for t in 0..geometry.len() as u32 {
             if geometry.material(t).emits() && !is_sphere(geometry.light_of[t as usize]) {
                 table.claim(t, geometry.len());
@@ -184,30 +203,55 @@ impl LightTable {
                     let Some(triangles) = of_light.get(&(index as u32)) else { continue };
                     triangles.iter().for_each(|&t| table.claim(t, geometry.len()));
                     let faces: Vec<_> = triangles.iter().map(|&t| geometry.corners(t)).collect();
-                    let radius = faces.iter().flatten().map(|p| p.distance(center)).fold(0.0, f32::max) * (1.0 + 1e-6);
-                    let pick_face = Discrete::new(triangles.iter().map(|&t| f64::from(geometry.area(t))));
+                    let radius =
+                        faces.iter().flatten().map(|p| p.distance(center)).fold(0.0, f32::max)
+                            * (1.0 + 1e-6);
+                    let pick_face =
+                        Discrete::new(triangles.iter().map(|&t| f64::from(geometry.area(t))));
                     let area = pick_face.total() as f32;
-                    table.sources.push(Source::Sphere { light: index as u32, center, radius, radiance, faces, pick_face, area });
+                    table.sources.push(Source::Sphere {
+                        light: index as u32,
+                        center,
+                        radius,
+                        radiance,
+                        faces,
+                        pick_face,
+                        area,
+                    });
                 }
-                Light::Sun { direction_to_sun, irradiance, angular_radius_deg } if irradiance.max_element() > 0.0 => {
+                Light::Sun { direction_to_sun, irradiance, angular_radius_deg }
+                    if irradiance.max_element() > 0.0 =>
+                {
                     let to_sun = direction_to_sun.normalize();
                     table.sources.push(if angular_radius_deg > 0.0 {
                         let sin = angular_radius_deg.to_radians().sin();
                         let half = (angular_radius_deg.to_radians() * 0.5).sin();
-                        Source::Sun { to_sun, radiance: irradiance / (std::f32::consts::PI * sin * sin), one_minus_cos: 2.0 * half * half }
+                        Source::Sun {
+                            to_sun,
+                            radiance: irradiance / (std::f32::consts::PI * sin * sin),
+                            one_minus_cos: 2.0 * half * half,
+                        }
                     } else {
                         Source::DeltaSun { to_sun, irradiance }
                     });
                 }
-                Light::Environment { ref map } => table.sources.extend(table.sky.set_map(map).map(Source::Map)),
-                Light::Point { position, intensity } if intensity.max_element() > 0.0 => table.sources.push(Source::Point { position, intensity }),
-                Light::Spot { position, direction, intensity, inner_deg, outer_deg } if intensity.max_element() > 0.0 => table.sources.push(Source::Spot {
-                    position,
-                    axis: direction.normalize(),
-                    intensity,
-                    cos_inner: inner_deg.to_radians().cos(),
-                    cos_outer: outer_deg.to_radians().cos(),
-                }),
+                Light::Environment { ref map } => {
+                    table.sources.extend(table.sky.set_map(map).map(Source::Map))
+                }
+                Light::Point { position, intensity } if intensity.max_element() > 0.0 => {
+                    table.sources.push(Source::Point { position, intensity })
+                }
+                Light::Spot { position, direction, intensity, inner_deg, outer_deg }
+                    if intensity.max_element() > 0.0 =>
+                {
+                    table.sources.push(Source::Spot {
+                        position,
+                        axis: direction.normalize(),
+                        intensity,
+                        cos_inner: inner_deg.to_radians().cos(),
+                        cos_outer: outer_deg.to_radians().cos(),
+                    })
+                }
                 _ => {}
             }
         }
@@ -226,7 +270,8 @@ impl LightTable {
         self.source_of_triangle[triangle as usize] = self.sources.len() as u32;
     }
 
-    /// Flux of all lights, W per channel. The sun's and the sky's are what enters the scene's bounding sphere.
+    /// Flux of all lights, W per channel. The sun's and the sky's are what enters the scene's
+    /// bounding sphere.
     pub fn power(&self) -> Rgb {
         self.power
     }
@@ -256,21 +301,28 @@ impl LightTable {
         self.sources.is_empty()
     }
 
-    /// Radiance from a direction that meets no surface: the sky and the disc of every sun that has one.
+    /// Radiance from a direction that meets no surface: the sky and the disc of every sun that has
+    /// one.
     pub fn background(&self, dir: Vec3) -> Rgb {
         self.sky.radiance(dir) + self.sun_disc(dir)
     }
 
-    /// Radiance of the sun discs around the unit direction `dir` and of the bright part of a map, without the sky.
+    /// Radiance of the sun discs around the unit direction `dir` and of the bright part of a map,
+    /// without the sky.
     pub fn sun_disc(&self, dir: Vec3) -> Rgb {
         self.groups.suns.iter().map(|&i| sun_disc(&self.sources[i as usize], dir)).sum()
     }
 }
 
-/// Radiance of one sun disc; by the chord, which is precise for narrow discs: |a − b|² = 2 (1 − cos).
+/// Radiance of one sun disc; by the chord, which is precise for narrow discs: |a − b|² = 2 (1 −
+/// cos).
 fn sun_disc(source: &Source, dir: Vec3) -> Rgb {
     match *source {
-        Source::Sun { to_sun, radiance, one_minus_cos } if to_sun.distance_squared(dir) <= 2.0 * one_minus_cos => radiance,
+        Source::Sun { to_sun, radiance, one_minus_cos }
+            if to_sun.distance_squared(dir) <= 2.0 * one_minus_cos =>
+        {
+            radiance
+        }
         Source::Map(ref bright) => bright.part.texel(dir),
         _ => Rgb::ZERO,
     }
@@ -287,7 +339,15 @@ fn triangle_source(geometry: &Geometry, t: u32) -> Source {
             texture: material.opacity_texture.map(|i| geometry.textures[i as usize].clone()),
         })
     });
-    Source::Triangle { v0: a, e1: b - a, e2: c - a, normal: geometry.face_normals[t as usize], area: geometry.area(t), radiance: material.emission, cutout }
+    Source::Triangle {
+        v0: a,
+        e1: b - a,
+        e2: c - a,
+        normal: geometry.face_normals[t as usize],
+        area: geometry.area(t),
+        radiance: material.emission,
+        cutout,
+    }
 }
 
 impl Source {
@@ -295,14 +355,19 @@ impl Source {
     fn bounds(&self) -> Option<Aabb> {
         match *self {
             Self::Triangle { v0, e1, e2, .. } => Some(Aabb::around([v0, v0 + e1, v0 + e2])),
-            Self::Sphere { center, radius, .. } => Some(Aabb { min: center - radius, max: center + radius }),
-            Self::Point { position, .. } | Self::Spot { position, .. } => Some(Aabb { min: position, max: position }),
+            Self::Sphere { center, radius, .. } => {
+                Some(Aabb { min: center - radius, max: center + radius })
+            }
+            Self::Point { position, .. } | Self::Spot { position, .. } => {
+                Some(Aabb { min: position, max: position })
+            }
             Self::DeltaSun { .. } | Self::Sun { .. } | Self::Map(_) => None,
         }
     }
 }
 
-/// Share of a spot's intensity at `cos` from its axis: smoothstep in the cosine between the two half angles.
+/// Share of a spot's intensity at `cos` from its axis: smoothstep in the cosine between the two
+/// half angles.
 fn spot_falloff(cos: f32, cos_inner: f32, cos_outer: f32) -> f32 {
     if cos >= cos_inner {
         1.0

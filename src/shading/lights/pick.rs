@@ -1,8 +1,10 @@
-//! Which light to sample: groups of lights picked by their estimated unoccluded irradiance at the shading point.
+//! Which light to sample: groups of lights picked by their estimated unoccluded irradiance at the
+//! shading point.
 //!
-//! Σ power / d² with the cosines bounded from below, so that a light that can contribute always keeps a positive probability, and one
-//! that provably cannot (behind its own plane or below the receiver's horizon) has none. Many lights are halved at the median of their
-//! longest extent until 48 groups remain; suns always stand alone.
+//! Σ power / d² with the cosines bounded from below, so that a light that can contribute always
+//! keeps a positive probability, and one that provably cannot (behind its own plane or below the
+//! receiver's horizon) has none. Many lights are halved at the median of their longest extent until
+//! 48 groups remain; suns always stand alone.
 
 use glam::Vec3;
 
@@ -47,7 +49,11 @@ impl Groups {
     pub(super) fn new(sources: &[Source], powers: &[Rgb]) -> Self {
         let (mut placed, mut sets): (Vec<u32>, Vec<Vec<u32>>) = (Vec::new(), Vec::new());
         for (i, source) in sources.iter().enumerate() {
-            if source.bounds().is_some() { placed.push(i as u32) } else { sets.push(vec![i as u32]) }
+            if source.bounds().is_some() {
+                placed.push(i as u32)
+            } else {
+                sets.push(vec![i as u32])
+            }
         }
         if placed.len() + sets.len() <= MOST {
             sets.extend(placed.into_iter().map(|i| vec![i]));
@@ -56,17 +62,28 @@ impl Groups {
         }
         let mut out = Self { place: vec![(0, 0.0); sources.len()], ..Self::default() };
         for members in sets {
-            let bounds =
-                members.iter().filter_map(|&i| sources[i as usize].bounds()).fold(Aabb::EMPTY, |a, b| Aabb { min: a.min.min(b.min), max: a.max.max(b.max) });
-            let within = Discrete::new(members.iter().map(|&i| f64::from(powers[i as usize].element_sum())));
+            let bounds = members
+                .iter()
+                .filter_map(|&i| sources[i as usize].bounds())
+                .fold(Aabb::EMPTY, |a, b| Aabb { min: a.min.min(b.min), max: a.max.max(b.max) });
+            let within =
+                Discrete::new(members.iter().map(|&i| f64::from(powers[i as usize].element_sum())));
             for (k, &i) in members.iter().enumerate() {
                 out.place[i as usize] = (out.groups.len() as u32, within.probability(k));
             }
             let strength = within.total() as f32 / (4.0 * std::f32::consts::PI);
             let center = if bounds.is_empty() { Vec3::ZERO } else { bounds.center() };
-            out.groups.push(Group { members, within, center, radius: 0.5 * bounds.diagonal(), strength });
+            out.groups.push(Group {
+                members,
+                within,
+                center,
+                radius: 0.5 * bounds.diagonal(),
+                strength,
+            });
         }
-        out.suns = (0..sources.len() as u32).filter(|&i| matches!(sources[i as usize], Source::Sun { .. } | Source::Map(_))).collect();
+        out.suns = (0..sources.len() as u32)
+            .filter(|&i| matches!(sources[i as usize], Source::Sun { .. } | Source::Map(_)))
+            .collect();
         out
     }
 
@@ -100,7 +117,10 @@ impl Groups {
             return Some(Picked { source: *source, probability });
         }
         let (k, _) = group.within.sample(((x - before) / width).clamp(0.0, 0.999_999_9))?;
-        Some(Picked { source: group.members[k], probability: probability * group.within.probability(k) })
+        Some(Picked {
+            source: group.members[k],
+            probability: probability * group.within.probability(k),
+        })
     }
 
     /// Probability that [`Groups::pick`] gives `source` at `p`.
@@ -135,7 +155,8 @@ impl Group {
     }
 }
 
-/// About the unoccluded irradiance at `p` with normal `n`, channels added; zero only when it is zero.
+/// About the unoccluded irradiance at `p` with normal `n`, channels added; zero only when it is
+/// zero.
 fn estimate(source: &Source, p: Vec3, n: Vec3) -> f32 {
     match *source {
         Source::Triangle { v0, e1, e2, normal, area, radiance, .. } => {
@@ -148,25 +169,44 @@ fn estimate(source: &Source, p: Vec3, n: Vec3) -> f32 {
             let middle = to + (e1 + e2) / 3.0;
             let d2 = middle.length_squared().max(area * 0.25);
             let d = d2.sqrt();
-            radiance.element_sum() * area * (height / d).clamp(LEAST_COS, 1.0) * ((a + b + c) / (3.0 * d)).clamp(LEAST_COS, 1.0) / d2
+            radiance.element_sum()
+                * area
+                * (height / d).clamp(LEAST_COS, 1.0)
+                * ((a + b + c) / (3.0 * d)).clamp(LEAST_COS, 1.0)
+                / d2
         }
         Source::Sphere { center, radius, radiance, .. } => {
             let to = center - p;
             let d2 = to.length_squared().max(radius * radius);
             let height = n.dot(to);
-            if height <= -radius { 0.0 } else { radiance.element_sum() * std::f32::consts::PI * radius * radius / d2 * (height / d2.sqrt()).max(LEAST_COS) }
+            if height <= -radius {
+                0.0
+            } else {
+                radiance.element_sum() * std::f32::consts::PI * radius * radius / d2
+                    * (height / d2.sqrt()).max(LEAST_COS)
+            }
         }
-        Source::DeltaSun { to_sun, irradiance } => irradiance.element_sum() * n.dot(to_sun).max(0.0),
+        Source::DeltaSun { to_sun, irradiance } => {
+            irradiance.element_sum() * n.dot(to_sun).max(0.0)
+        }
         Source::Sun { to_sun, radiance, one_minus_cos } => {
             let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
             let cos = n.dot(to_sun);
-            if cos <= -sin { 0.0 } else { radiance.element_sum() * std::f32::consts::TAU * one_minus_cos * cos.max(sin) }
+            if cos <= -sin {
+                0.0
+            } else {
+                radiance.element_sum() * std::f32::consts::TAU * one_minus_cos * cos.max(sin)
+            }
         }
         Source::Map(ref bright) => bright.estimate(n),
-        Source::Point { position, intensity } => intensity.element_sum() * toward_point(position - p, n),
+        Source::Point { position, intensity } => {
+            intensity.element_sum() * toward_point(position - p, n)
+        }
         Source::Spot { position, axis, intensity, cos_inner, cos_outer } => {
             let to = position - p;
-            intensity.element_sum() * toward_point(to, n) * spot_falloff(-axis.dot(to.normalize_or_zero()), cos_inner, cos_outer)
+            intensity.element_sum()
+                * toward_point(to, n)
+                * spot_falloff(-axis.dot(to.normalize_or_zero()), cos_inner, cos_outer)
         }
     }
 }
@@ -176,12 +216,18 @@ fn toward_point(to: Vec3, n: Vec3) -> f32 {
     if d2 > 0.0 { n.dot(to).max(0.0) / (d2 * d2.sqrt()) } else { 0.0 }
 }
 
-/// Halves the set with the most members at the median of its longest extent until [`SPLIT`] sets remain.
+/// Halves the set with the most members at the median of its longest extent until [`SPLIT`] sets
+/// remain.
 fn halve(all: Vec<u32>, sources: &[Source]) -> Vec<Vec<u32>> {
     let middle = |i: u32| sources[i as usize].bounds().map_or(Vec3::ZERO, |b| b.center());
     let mut sets = vec![all];
     while sets.len() < SPLIT {
-        let Some(at) = (0..sets.len()).filter(|&i| sets[i].len() > 1).max_by_key(|&i| (sets[i].len(), std::cmp::Reverse(i))) else { break };
+        let Some(at) = (0..sets.len())
+            .filter(|&i| sets[i].len() > 1)
+            .max_by_key(|&i| (sets[i].len(), std::cmp::Reverse(i)))
+        else {
+            break;
+        };
         let mut set = sets.swap_remove(at);
         let bounds = Aabb::around(set.iter().map(|&i| middle(i)));
         let axis = (bounds.max - bounds.min).max_position();

@@ -1,12 +1,14 @@
-//! The light from far away, the one place that all methods ask: a constant and the two parts of an environment map.
+//! The light from far away, the one place that all methods ask: a constant and the two parts of an
+//! environment map.
 //!
 //! ```text
 //! L(ω) = constant + smooth(ω)   found by rays that meet nothing, counted as indirect
 //!      + bright(ω)              sampled as a light like the suns, counted as direct
 //! ```
 //!
-//! [`crate::scene::Environment`] says how a map is split. Both parts are drawn texel by texel in proportion to luminance times solid angle;
-//! the bright part is constant over a texel, so its density is exactly proportional to its luminance; photons of the smooth part are drawn by the
+//! [`crate::scene::Environment`] says how a map is split. Both parts are drawn texel by texel in
+//! proportion to luminance times solid angle; the bright part is constant over a texel, so its
+//! density is exactly proportional to its luminance; photons of the smooth part are drawn by the
 //! largest of a texel and its neighbours, which bounds its interpolated values. Cost 44 B a texel.
 
 use std::sync::Arc;
@@ -29,8 +31,17 @@ pub(super) struct Part {
 
 impl std::fmt::Debug for Part {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let hash = self.map.texels.iter().flat_map(|c| c.to_array()).fold(0, |h, v| hash64(h ^ u64::from(v.to_bits())));
-        write!(f, "map {}×{} {hash:016x} {:?}", self.map.width, self.map.height, self.map.world_from_map)
+        let hash = self
+            .map
+            .texels
+            .iter()
+            .flat_map(|c| c.to_array())
+            .fold(0, |h, v| hash64(h ^ u64::from(v.to_bits())));
+        write!(
+            f,
+            "map {}×{} {hash:016x} {:?}",
+            self.map.width, self.map.height, self.map.world_from_map
+        )
     }
 }
 
@@ -40,10 +51,15 @@ impl Part {
         let value = |x: usize, y: usize| luminance(map.texels[y * w + x]);
         let largest = |x: usize, y: usize| {
             let rows = y.saturating_sub(1)..=(y + 1).min(h - 1);
-            rows.flat_map(|r| [x, (x + 1) % w, (x + w - 1) % w].map(|c| value(c, r))).fold(0.0, f32::max)
+            rows.flat_map(|r| [x, (x + 1) % w, (x + w - 1) % w].map(|c| value(c, r)))
+                .fold(0.0, f32::max)
         };
-        let weights: Vec<f64> =
-            (0..w * h).map(|i| f64::from(if spread { largest(i % w, i / w) } else { value(i % w, i / w) }) * map.solid_angle(i / w)).collect();
+        let weights: Vec<f64> = (0..w * h)
+            .map(|i| {
+                f64::from(if spread { largest(i % w, i / w) } else { value(i % w, i / w) })
+                    * map.solid_angle(i / w)
+            })
+            .collect();
         Self { grid: Grid::new(w, &weights), integral: map.integral(), map }
     }
 
@@ -81,8 +97,12 @@ impl Part {
         let at = self.map.position(dir) - 0.5;
         let (x0, y0) = (at.x.floor(), at.y.floor());
         let (fx, fy) = (at.x - x0, at.y - y0);
-        let texel = |dx: i64, dy: i64| self.map.texels[((y0 as i64 + dy).clamp(0, h - 1) * w + (x0 as i64 + dx).rem_euclid(w)) as usize];
-        (texel(0, 0) * (1.0 - fx) + texel(1, 0) * fx) * (1.0 - fy) + (texel(0, 1) * (1.0 - fx) + texel(1, 1) * fx) * fy
+        let texel = |dx: i64, dy: i64| {
+            self.map.texels
+                [((y0 as i64 + dy).clamp(0, h - 1) * w + (x0 as i64 + dx).rem_euclid(w)) as usize]
+        };
+        (texel(0, 0) * (1.0 - fx) + texel(1, 0) * fx) * (1.0 - fy)
+            + (texel(0, 1) * (1.0 - fx) + texel(1, 1) * fx) * fy
     }
 }
 
@@ -100,7 +120,8 @@ pub(super) struct Bright {
     pub(super) part: Arc<Part>,
     /// Middle of its light, unit; zero when it comes evenly from all sides.
     axis: Vec3,
-    /// Sine of the half angle of the cone around `axis` that holds it; above 1: more than a hemisphere.
+    /// Sine of the half angle of the cone around `axis` that holds it; above 1: more than a
+    /// hemisphere.
     reach: f32,
     /// ∫ L dω, channels added.
     strength: f32,
@@ -142,11 +163,12 @@ impl Sky {
 
     /// ∫ L dω over the sphere.
     pub fn integral(&self) -> Rgb {
-        self.constant * (4.0 * std::f32::consts::PI) + self.map.as_ref().map_or(Rgb::ZERO, |m| m.integral)
+        self.constant * (4.0 * std::f32::consts::PI)
+            + self.map.as_ref().map_or(Rgb::ZERO, |m| m.integral)
     }
 
-    /// A unit direction drawn about in proportion to luminance, and radiance over its density per steradian. `pick` chooses between the constant
-    /// and the map. `None` when that choice is dark.
+    /// A unit direction drawn about in proportion to luminance, and radiance over its density per
+    /// steradian. `pick` chooses between the constant and the map. `None` when that choice is dark.
     pub(super) fn sample(&self, pick: f32, u: Vec2) -> Option<(Vec3, Rgb)> {
         let uniform = |share: f32| {
             let dir = crate::sampling::sample_uniform_sphere(u);
@@ -166,17 +188,32 @@ impl Sky {
 impl Bright {
     fn new(part: Part) -> Self {
         let (w, map) = (part.map.width as usize, &part.map);
-        let lit = || map.texels.iter().enumerate().filter(|(_, c)| luminance(**c) > 0.0).map(|(i, c)| (i % w, i / w, luminance(*c)));
+        let lit = || {
+            map.texels
+                .iter()
+                .enumerate()
+                .filter(|(_, c)| luminance(**c) > 0.0)
+                .map(|(i, c)| (i % w, i / w, luminance(*c)))
+        };
         let middle = |x: usize, y: usize| map.direction(x, y, Vec2::splat(0.5));
-        let axis = lit().map(|(x, y, l)| middle(x, y) * (l * map.solid_angle(y) as f32)).sum::<Vec3>().normalize_or_zero();
+        let axis = lit()
+            .map(|(x, y, l)| middle(x, y) * (l * map.solid_angle(y) as f32))
+            .sum::<Vec3>()
+            .normalize_or_zero();
         // No corner of a texel is farther from its middle than its sides are long.
         let margin = std::f32::consts::PI * 2.0 / map.height as f32;
-        let angle = lit().map(|(x, y, _)| middle(x, y).angle_between(axis)).fold(0.0f32, f32::max) + margin;
-        let reach = if axis == Vec3::ZERO || angle >= std::f32::consts::FRAC_PI_2 { 2.0 } else { angle.sin() };
+        let angle =
+            lit().map(|(x, y, _)| middle(x, y).angle_between(axis)).fold(0.0f32, f32::max) + margin;
+        let reach = if axis == Vec3::ZERO || angle >= std::f32::consts::FRAC_PI_2 {
+            2.0
+        } else {
+            angle.sin()
+        };
         Self { strength: part.integral.element_sum(), part: Arc::new(part), axis, reach }
     }
 
-    /// About the unoccluded irradiance of a surface with unit normal `n`, channels added; zero only when it is zero.
+    /// About the unoccluded irradiance of a surface with unit normal `n`, channels added; zero only
+    /// when it is zero.
     pub(super) fn estimate(&self, n: Vec3) -> f32 {
         let cos = n.dot(self.axis);
         if cos <= -self.reach { 0.0 } else { self.strength * cos.max(self.reach.min(0.5)) }

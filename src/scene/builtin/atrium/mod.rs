@@ -1,16 +1,20 @@
-//! A courtyard of two storeys: arcades around an open court, galleries behind them, lit by sun and sky through the open roof.
+//! A courtyard of two storeys: arcades around an open court, galleries behind them, lit by sun and
+//! sky through the open roof.
 //!
-//! Metres, y up. Court x −9–9, z −4.5–4.5 between the arcades; galleries 3 m deep behind them; ground floor y 0, upper floor y 4.6, roof y
-//! 8.6. The sun reaches a part of the court and of one arcade; the galleries see it only by what the court sends back, so most of a
-//! picture taken in a gallery is indirect light.
+//! Metres, y up. Court x −9–9, z −4.5–4.5 between the arcades; galleries 3 m deep behind them;
+//! ground floor y 0, upper floor y 4.6, roof y 8.6. The sun reaches a part of the court and of one
+//! arcade; the galleries see it only by what the court sends back, so most of a picture taken in a
+//! gallery is indirect light.
 //!
-//! Knob  `detail` (default 1, 0.05–4.2) multiplies the segments of all round parts and divides the floor finer; the count grows with its square:
+//! Knob  `detail` (default 1, 0.05–4.2) multiplies the segments of all round parts and divides the
+//!       floor finer; the count grows with its square:
 //!
 //! | `detail` | 0.05 | 0.2 | 0.5 | 0.8 | 1 | 2 | 4.16 |
 //! |---|---|---|---|---|---|---|---|
 //! | triangles | 30 k | 57 k | 227 k | 510 k | 748 k | 2.5 M | 10.0 M |
 //!
-//! Every part but the palms' fronds is closed and faces outwards; parts are sunk into one another, never laid face on face.
+//! Every part but the palms' fronds is closed and faces outwards; parts are sunk into one another,
+//! never laid face on face.
 
 mod lanterns;
 mod parts;
@@ -93,7 +97,8 @@ const BAY: f32 = 3.0;
 const UPPER_FLOOR: f32 = 4.6;
 const ROOF: f32 = 8.6;
 
-/// One storey's arcade: floor, height of the columns' feet above it, of the arches' springing, and of the wall's top.
+/// One storey's arcade: floor, height of the columns' feet above it, of the arches' springing, and
+/// of the wall's top.
 struct Storey {
     floor: f32,
     column_foot: f32,
@@ -104,7 +109,13 @@ struct Storey {
 
 const STOREYS: [Storey; 2] = [
     Storey { floor: 0.0, column_foot: 0.0, spring: 2.75, top: UPPER_FLOOR + 0.03, radius: 0.19 },
-    Storey { floor: UPPER_FLOOR, column_foot: 0.93, spring: 2.30, top: ROOF + 0.03 - UPPER_FLOOR, radius: 0.15 },
+    Storey {
+        floor: UPPER_FLOOR,
+        column_foot: 0.93,
+        spring: 2.30,
+        top: ROOF + 0.03 - UPPER_FLOOR,
+        radius: 0.15,
+    },
 ];
 
 /// A straight run of bays: from one corner of the court to the next, the court to its left.
@@ -117,7 +128,8 @@ struct Side {
 impl Side {
     fn all() -> [Self; 4] {
         let [x, z] = COURT;
-        let side = |from, along, length: f32| Self { from, along, bays: (length / BAY).round() as u32 };
+        let side =
+            |from, along, length: f32| Self { from, along, bays: (length / BAY).round() as u32 };
         [
             side(Vec3::new(-x, 0.0, z), Vec3::X, 2.0 * x),
             side(Vec3::new(x, 0.0, z), Vec3::NEG_Z, 2.0 * z),
@@ -159,9 +171,20 @@ pub fn atrium(p: &AtriumParameters) -> Result<Generated, String> {
                 if k == 1 {
                     parts::balustrade(&mut s, side, bay, &segments);
                 }
-                let hung = if k == 1 { (bay + number as u32) % 3 == 1 } else { number == 2 && bay % 3 == 1 };
+                let hung = if k == 1 {
+                    (bay + number as u32) % 3 == 1
+                } else {
+                    number == 2 && bay % 3 == 1
+                };
                 if hung {
-                    parts::drape(&mut s, side, bay, storey, DRAPES[(bay as usize / 2 + number + k) % 3], &segments);
+                    parts::drape(
+                        &mut s,
+                        side,
+                        bay,
+                        storey,
+                        DRAPES[(bay as usize / 2 + number + k) % 3],
+                        &segments,
+                    );
                 }
             }
         }
@@ -173,8 +196,14 @@ pub fn atrium(p: &AtriumParameters) -> Result<Generated, String> {
     }
     // Last: only these have texture coordinates.
     plants::plants(&mut s, &segments);
-    let mut materials: Vec<Material> =
-        NAMES.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    let mut materials: Vec<Material> = NAMES
+        .iter()
+        .map(|&(name, albedo)| Material {
+            name: name.into(),
+            albedo: Rgb::from(albedo),
+            ..Material::default()
+        })
+        .collect();
     materials[GLOW as usize].emission = Rgb::from(GLOW_RADIANCE);
     Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
 }

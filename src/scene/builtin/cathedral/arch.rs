@@ -1,8 +1,10 @@
-//! Pointed arches: two arcs whose centres lie beyond the middle, and the outlines of openings made of them.
+//! Pointed arches: two arcs whose centres lie beyond the middle, and the outlines of openings made
+//! of them.
 
 use glam::Vec2;
 
-/// A pointed arch over the origin: half its span, and its arcs' radius as a multiple of that (1: round, 2: equilateral).
+/// A pointed arch over the origin: half its span, and its arcs' radius as a multiple of that (1:
+/// round, 2: equilateral).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pointed {
     pub half: f32,
@@ -10,7 +12,8 @@ pub(super) struct Pointed {
 }
 
 impl Pointed {
-    /// The point at `s` from −1 (left springing) over 0 (apex) to 1, on the curve `offset` outside the arch, and the direction outwards.
+    /// The point at `s` from −1 (left springing) over 0 (apex) to 1, on the curve `offset` outside
+    /// the arch, and the direction outwards.
     pub(super) fn at(&self, s: f32, offset: f32) -> (Vec2, Vec2) {
         let (center, radius) = ((self.sharp - 1.0) * self.half, self.sharp * self.half + offset);
         let angle = (center / radius).acos() * (1.0 - s.abs());
@@ -37,7 +40,8 @@ impl Pointed {
     /// A lancet: straight sides from `sill` up to the springing at `foot`, as a closed outline.
     pub(super) fn lancet(&self, foot: Vec2, sill: f32, n: u32, offset: f32) -> Vec<Vec2> {
         let half = self.half + offset;
-        let mut outline: Vec<Vec2> = self.curve(foot, n, offset).iter().rev().map(|p| p.0).collect();
+        let mut outline: Vec<Vec2> =
+            self.curve(foot, n, offset).iter().rev().map(|p| p.0).collect();
         outline.push(Vec2::new(foot.x - half, sill - offset));
         outline.push(Vec2::new(foot.x + half, sill - offset));
         outline
@@ -46,7 +50,9 @@ impl Pointed {
 
 /// A circle of `n` points.
 pub(super) fn circle(center: Vec2, radius: f32, n: u32) -> Vec<Vec2> {
-    (0..n).map(|i| center + radius * Vec2::from_angle(std::f32::consts::TAU * i as f32 / n as f32)).collect()
+    (0..n)
+        .map(|i| center + radius * Vec2::from_angle(std::f32::consts::TAU * i as f32 / n as f32))
+        .collect()
 }
 
 #[cfg(test)]

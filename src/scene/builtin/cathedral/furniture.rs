@@ -22,9 +22,17 @@ pub(super) fn floor(s: &mut Solids, detail: f32) {
                 let (x, z) = (0.5 * px - inset, 0.5 * pz - inset);
                 [(-x, -z), (x, -z), (x, z), (-x, z)].map(|(x, z)| c + Vec3::new(x, y, z)).into()
             };
-            let pair = if c.z.abs() < NAVE - 0.8 { [[0, 1], [2, 3]][((i + k) % 2) as usize] } else { [4, 5] };
+            let pair = if c.z.abs() < NAVE - 0.8 {
+                [[0, 1], [2, 3]][((i + k) % 2) as usize]
+            } else {
+                [4, 5]
+            };
             let material = TILES + pair[usize::from(luck(2) < 0.4)];
-            s.tube(&[ring(y - 0.05, joint), ring(y - bevel, joint), ring(y, joint + bevel)], false, material);
+            s.tube(
+                &[ring(y - 0.05, joint), ring(y - bevel, joint), ring(y, joint + bevel)],
+                false,
+                material,
+            );
         }
     }
 }
@@ -32,9 +40,18 @@ pub(super) fn floor(s: &mut Solids, detail: f32) {
 /// A flat board of any outline (x, y) at `at`, its edges bevelled; thickness along z.
 fn board(s: &mut Solids, at: Vec3, outline: &[Vec2], half: f32, material: u32) {
     let center = outline.iter().sum::<Vec2>() / outline.len() as f32;
-    let ring = |z: f32, shrink: f32| outline.iter().map(|p| at + (center + (*p - center) * shrink).extend(0.0) + Vec3::Z * z).collect();
+    let ring = |z: f32, shrink: f32| {
+        outline
+            .iter()
+            .map(|p| at + (center + (*p - center) * shrink).extend(0.0) + Vec3::Z * z)
+            .collect()
+    };
     let b = 0.3 * half;
-    s.tube(&[ring(-half, 0.97), ring(b - half, 1.0), ring(half - b, 1.0), ring(half, 0.97)], false, material);
+    s.tube(
+        &[ring(-half, 0.97), ring(b - half, 1.0), ring(half - b, 1.0), ring(half, 0.97)],
+        false,
+        material,
+    );
 }
 
 /// Two blocks of pews that face east, a way between them.
@@ -43,8 +60,13 @@ pub(super) fn pews(s: &mut Solids, segments: &Segments) {
     let rows = if segments.of(20) < 6 { 10 } else { 20 };
     // An end: straight back, scrolled shoulder, arm.
     let mut outline: Vec<Vec2> = [(-0.27, 0.0), (0.27, 0.0), (0.27, 0.50)].map(Vec2::from).into();
-    outline.extend((0..=n).map(|i| Vec2::new(0.20, 0.58) + 0.07 * Vec2::from_angle(2.4 * i as f32 / n as f32)));
-    outline.extend((0..=n).map(|i| Vec2::new(-0.18, 0.98) + Vec2::new(0.10, 0.12) * Vec2::from_angle(-0.3 + 3.2 * i as f32 / n as f32)));
+    outline.extend(
+        (0..=n).map(|i| Vec2::new(0.20, 0.58) + 0.07 * Vec2::from_angle(2.4 * i as f32 / n as f32)),
+    );
+    outline.extend((0..=n).map(|i| {
+        Vec2::new(-0.18, 0.98)
+            + Vec2::new(0.10, 0.12) * Vec2::from_angle(-0.3 + 3.2 * i as f32 / n as f32)
+    }));
     let block = |s: &mut Solids, a: Vec3, b: Vec3, bevel: f32, material: u32| {
         if segments.coarse() { s.cuboid(a, b, material) } else { block(s, a, b, bevel, material) }
     };
@@ -52,13 +74,21 @@ pub(super) fn pews(s: &mut Solids, segments: &Segments) {
         let x = 7.6 + (row as f32) * 21.0 / rows as f32;
         for side in [-1.0, 1.0] {
             let (low, high) = if side > 0.0 { (1.05, 3.35) } else { (-3.35, -1.05) };
-            let at = |p: [f32; 3], q: [f32; 3]| (Vec3::from(p) + Vec3::X * x, Vec3::from(q) + Vec3::X * x);
+            let at = |p: [f32; 3], q: [f32; 3]| {
+                (Vec3::from(p) + Vec3::X * x, Vec3::from(q) + Vec3::X * x)
+            };
             let (a, b) = at([-0.22, 0.43, low], [0.22, 0.475, high]);
             block(s, a, b, 0.012, OAK);
             let (a, b) = at([-0.245, 0.50, low], [-0.20, 0.95, high]);
             block(s, a, b, 0.01, WOOD);
             for z in [low - 0.02, high + 0.02] {
-                board(s, Vec3::new(x, 0.001, z), &outline, 0.035, if (row + u32::from(z > low)) % 3 == 0 { OAK } else { WOOD });
+                board(
+                    s,
+                    Vec3::new(x, 0.001, z),
+                    &outline,
+                    0.035,
+                    if (row + u32::from(z > low)) % 3 == 0 { OAK } else { WOOD },
+                );
             }
             if segments.coarse() {
                 continue;
@@ -77,7 +107,13 @@ pub(super) fn pews(s: &mut Solids, segments: &Segments) {
 pub(super) fn altar(s: &mut Solids, segments: &Segments) {
     for (i, (x, half)) in [(29.6, 4.0), (30.0, 3.6), (30.4, 3.2)].into_iter().enumerate() {
         let y = 0.16 * (i + 1) as f32;
-        block(s, Vec3::new(x, y - 0.24, -half), Vec3::new(LENGTH - 0.9 - 0.1 * i as f32, y, half), 0.025, TINTS[i + 1]);
+        block(
+            s,
+            Vec3::new(x, y - 0.24, -half),
+            Vec3::new(LENGTH - 0.9 - 0.1 * i as f32, y, half),
+            0.025,
+            TINTS[i + 1],
+        );
     }
     block(s, Vec3::new(31.9, 0.46, -1.5), Vec3::new(32.9, 1.45, 1.5), 0.03, TINTS[2]);
     block(s, Vec3::new(31.8, 1.43, -1.65), Vec3::new(33.0, 1.53, 1.65), 0.03, TINTS[0]);
@@ -92,6 +128,9 @@ pub(super) fn altar(s: &mut Solids, segments: &Segments) {
         (0..=n).map(|i| point(i, 0.0)).chain((0..=n).rev().map(|i| point(i, 0.012))).collect()
     };
     let rows = segments.of(10);
-    let rings: Vec<Vec<Vec3>> = (0..=rows).map(|k| k as f32 / rows as f32).map(|t| ring(0.62 + 0.9 * t, 0.05 * (1.0 - t))).collect();
+    let rings: Vec<Vec<Vec3>> = (0..=rows)
+        .map(|k| k as f32 / rows as f32)
+        .map(|t| ring(0.62 + 0.9 * t, 0.05 * (1.0 - t)))
+        .collect();
     s.tube(&rings, false, CLOTH);
 }

@@ -1,7 +1,9 @@
-//! Stone by stone: cuts finished solids along courses and joints, and gives every block its own tint.
+//! Stone by stone: cuts finished solids along courses and joints, and gives every block its own
+//! tint.
 //!
-//! The cuts are whole planes (heights `k · course`, and `k · joint` along x and z), so neighbouring triangles are cut at equal points and closed
-//! solids stay closed. Blocks are two joints long; every other course is shifted by one.
+//! The cuts are whole planes (heights `k · course`, and `k · joint` along x and z), so neighbouring
+//! triangles are cut at equal points and closed solids stay closed. Blocks are two joints long;
+//! every other course is shifted by one.
 
 use std::collections::HashMap;
 
@@ -33,7 +35,14 @@ impl Cutter<'_> {
     }
 
     /// The part of a triangle below a plane goes to `done`, the rest back to `above`.
-    fn cut(&mut self, triangle: [u32; 3], axis: usize, plane: f32, below: &mut Vec<[u32; 3]>, above: &mut Vec<[u32; 3]>) {
+    fn cut(
+        &mut self,
+        triangle: [u32; 3],
+        axis: usize,
+        plane: f32,
+        below: &mut Vec<[u32; 3]>,
+        above: &mut Vec<[u32; 3]>,
+    ) {
         let side = triangle.map(|i| {
             let d = self.positions[i as usize][axis] - plane;
             if d.abs() <= ON { 0 } else { d.signum() as i32 }
@@ -68,14 +77,24 @@ impl Cutter<'_> {
         }
         for (polygon, out) in [(low, below), (high, above)] {
             // Where two edges cross the plane at one point, the sliver between them closes up.
-            out.extend((2..polygon.len()).map(|i| [polygon[0], polygon[i - 1], polygon[i]]).filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]));
+            out.extend(
+                (2..polygon.len())
+                    .map(|i| [polygon[0], polygon[i - 1], polygon[i]])
+                    .filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]),
+            );
         }
     }
 }
 
-/// Cuts the triangles for which `pitch(material)` is the (joint, course) in metres; `tint(block chance, material)` is a block's material.
-pub(super) fn lay(mesh: &mut Mesh, pitch: impl Fn(u32) -> Option<[f32; 2]>, tint: impl Fn(f32, u32) -> u32) {
-    let (triangles, materials) = (std::mem::take(&mut mesh.triangles), std::mem::take(&mut mesh.materials));
+/// Cuts the triangles for which `pitch(material)` is the (joint, course) in metres; `tint(block
+/// chance, material)` is a block's material.
+pub(super) fn lay(
+    mesh: &mut Mesh,
+    pitch: impl Fn(u32) -> Option<[f32; 2]>,
+    tint: impl Fn(f32, u32) -> u32,
+) {
+    let (triangles, materials) =
+        (std::mem::take(&mut mesh.triangles), std::mem::take(&mut mesh.materials));
     let mut cutter = Cutter { positions: &mut mesh.positions, ids: HashMap::new() };
     for (triangle, material) in triangles.into_iter().zip(materials) {
         let Some([joint, course]) = pitch(material) else {
@@ -86,11 +105,16 @@ pub(super) fn lay(mesh: &mut Mesh, pitch: impl Fn(u32) -> Option<[f32; 2]>, tint
         let mut pieces = vec![triangle];
         for (axis, step) in [joint, course, joint].into_iter().enumerate() {
             let ends = triangle.map(|i| cutter.positions[i as usize][axis]);
-            let (low, high) = (ends.iter().copied().fold(f32::INFINITY, f32::min), ends.iter().copied().fold(f32::NEG_INFINITY, f32::max));
+            let (low, high) = (
+                ends.iter().copied().fold(f32::INFINITY, f32::min),
+                ends.iter().copied().fold(f32::NEG_INFINITY, f32::max),
+            );
             let mut done = Vec::new();
             for k in (low / step).floor() as i32..=(high / step).ceil() as i32 {
                 let mut above = Vec::new();
-                pieces.drain(..).for_each(|t| cutter.cut(t, axis, k as f32 * step, &mut done, &mut above));
+                pieces
+                    .drain(..)
+                    .for_each(|t| cutter.cut(t, axis, k as f32 * step, &mut done, &mut above));
                 pieces = above;
             }
             done.append(&mut pieces);

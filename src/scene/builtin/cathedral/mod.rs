@@ -1,12 +1,16 @@
-//! A Gothic church: nave, two aisles, ribbed vaults, windows with tracery and a rose, lit by the sun or by hundreds of candles.
+//! A Gothic church: nave, two aisles, ribbed vaults, windows with tracery and a rose, lit by the
+//! sun or by hundreds of candles.
 //!
-//! Metres, y up, x eastwards. Nave x 0–35 in seven bays, z −4.55–4.55, vault from 14.2 to 21.1 m; aisles z ±5.45–10, vaults from 5.6 to 9.3 m.
-//! Storeys of the nave: arcade on clustered columns, triforium, clerestory. Light enters only through the windows.
+//! Metres, y up, x eastwards. Nave x 0–35 in seven bays, z −4.55–4.55, vault from 14.2 to 21.1 m;
+//! aisles z ±5.45–10, vaults from 5.6 to 9.3 m. Storeys of the nave: arcade on clustered columns,
+//! triforium, clerestory. Light enters only through the windows.
 //!
-//! Knob  `detail` (default 1) multiplies the segments of all round parts and divides the masonry finer; the count grows with its square.
+//! Knob  `detail` (default 1) multiplies the segments of all round parts and divides the masonry
+//!       finer; the count grows with its square.
 //! Knob  `lit` (default false) lights the candles.
 //!
-//! Every part is closed and faces outwards; parts are sunk into one another, never laid face on face.
+//! Every part is closed and faces outwards; parts are sunk into one another, never laid face on
+//! face.
 
 mod arch;
 mod candles;
@@ -31,7 +35,8 @@ use crate::scene::Material;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CathedralParameters {
-    /// Multiplies the segments of round parts and the fineness of floor and masonry, 0.1 (some 60 k triangles) to 3.2 (10 M).
+    /// Multiplies the segments of round parts and the fineness of floor and masonry, 0.1 (some 60 k
+    /// triangles) to 3.2 (10 M).
     pub detail: f32,
     /// The candles burn.
     pub lit: bool,
@@ -148,7 +153,12 @@ pub fn cathedral(p: &CathedralParameters) -> Result<Generated, String> {
         wall::nave_piers(&mut s, side, &segments);
         wall::aisle(&mut s, side, &segments);
         for i in 0..=BAYS {
-            column::clustered(&mut s, Vec3::new(i as f32 * BAY, 0.0, side * NAVE), AISLE_SPRING + 0.01, &segments);
+            column::clustered(
+                &mut s,
+                Vec3::new(i as f32 * BAY, 0.0, side * NAVE),
+                AISLE_SPRING + 0.01,
+                &segments,
+            );
         }
         let middle = 0.5 * (NAVE + HALF_WALL + AISLE_FACE);
         vault::Vault {
@@ -183,8 +193,14 @@ pub fn cathedral(p: &CathedralParameters) -> Result<Generated, String> {
     if p.detail >= 0.3 {
         masonry::lay(&mut s.mesh, pitch, tint);
     }
-    let mut materials: Vec<Material> =
-        NAMES.iter().map(|&(name, albedo)| Material { name: name.into(), albedo: Rgb::from(albedo), ..Material::default() }).collect();
+    let mut materials: Vec<Material> = NAMES
+        .iter()
+        .map(|&(name, albedo)| Material {
+            name: name.into(),
+            albedo: Rgb::from(albedo),
+            ..Material::default()
+        })
+        .collect();
     if p.lit {
         materials[FLAME as usize].emission = Rgb::from(FLAME_RADIANCE);
     }
@@ -208,17 +224,30 @@ mod tests {
         assert!((15_000..70_000).contains(&coarse), "{coarse}");
         assert!(half > 2 * coarse && one > 2 * half, "{coarse} {half} {one}");
         assert_eq!(made(0.3, true).mesh.positions, made(0.3, true).mesh.positions);
-        assert!(cathedral(&CathedralParameters { detail: 9.0, lit: false }).unwrap_err().contains("from 0.1 to 3.2"));
+        assert!(
+            cathedral(&CathedralParameters { detail: 9.0, lit: false })
+                .unwrap_err()
+                .contains("from 0.1 to 3.2")
+        );
     }
 
     #[test]
     fn closed_at_every_detail() {
         for detail in [0.1, 0.37, 0.8] {
             let made = made(detail, true);
-            let geometry = Geometry::new(&Scene { meshes: vec![made.mesh], materials: made.materials, ..Scene::default() });
+            let geometry = Geometry::new(&Scene {
+                meshes: vec![made.mesh],
+                materials: made.materials,
+                ..Scene::default()
+            });
             assert_eq!(geometry.dropped_degenerate + geometry.dropped_duplicate, 0, "{detail}");
             let topology = analyze_topology(&geometry);
-            assert_eq!(topology.boundary_edges + topology.inconsistent_edges + topology.inside_out, 0, "{detail}: {topology:?}", topology = Small(&topology));
+            assert_eq!(
+                topology.boundary_edges + topology.inconsistent_edges + topology.inside_out,
+                0,
+                "{detail}: {topology:?}",
+                topology = Small(&topology)
+            );
             assert!(topology.closed_of_triangle.iter().all(|c| *c), "{detail}");
         }
     }
@@ -230,7 +259,10 @@ mod tests {
             write!(
                 f,
                 "open {open} boundary {} nonmanifold {} inconsistent {} inside out {}",
-                self.0.boundary_edges, self.0.nonmanifold_edges, self.0.inconsistent_edges, self.0.inside_out
+                self.0.boundary_edges,
+                self.0.nonmanifold_edges,
+                self.0.inconsistent_edges,
+                self.0.inside_out
             )
         }
     }

@@ -18,20 +18,46 @@ impl Plane {
     }
 }
 
-/// A moulding along a curve (point and normal): `profile` is a closed polygon of (along the normal, depth). A closed curve does not repeat its
-/// first point; `material(k)` is that of piece k.
-pub(super) fn moulding(s: &mut Solids, plane: &Plane, curve: &[(Vec2, Vec2)], profile: &[Vec2], closed: bool, material: impl Fn(usize) -> u32) {
-    let ring = |&(p, n): &(Vec2, Vec2)| profile.iter().map(|q| plane.at(p + n * q.x, q.y)).collect();
+/// A moulding along a curve (point and normal): `profile` is a closed polygon of (along the normal,
+/// depth). A closed curve does not repeat its first point; `material(k)` is that of piece k.
+pub(super) fn moulding(
+    s: &mut Solids,
+    plane: &Plane,
+    curve: &[(Vec2, Vec2)],
+    profile: &[Vec2],
+    closed: bool,
+    material: impl Fn(usize) -> u32,
+) {
+    let ring =
+        |&(p, n): &(Vec2, Vec2)| profile.iter().map(|q| plane.at(p + n * q.x, q.y)).collect();
     s.tube_by(&curve.iter().map(ring).collect::<Vec<_>>(), closed, material);
 }
 
 /// [`moulding`] along an open polyline: normals to the left of its direction, mitred.
-pub(super) fn polyline(s: &mut Solids, plane: &Plane, points: &[Vec2], profile: &[Vec2], closed: bool, material: impl Fn(usize) -> u32) {
+pub(super) fn polyline(
+    s: &mut Solids,
+    plane: &Plane,
+    points: &[Vec2],
+    profile: &[Vec2],
+    closed: bool,
+    material: impl Fn(usize) -> u32,
+) {
     let n = points.len();
     let normal = |i: usize| {
-        let before = if i > 0 || closed { Some((points[i] - points[(i + n - 1) % n]).normalize()) } else { None };
-        let after = if i + 1 < n || closed { Some((points[(i + 1) % n] - points[i]).normalize()) } else { None };
-        let (a, b) = (before.or(after).unwrap_or(Vec2::X).perp(), after.or(before).unwrap_or(Vec2::X).perp());
+        let before = if i > 0 || closed {
+            Some((points[i] - points[(i + n - 1) % n]).normalize())
+        } else {
+            None
+        };
+        let after = if i + 1 < n || closed {
+            Some((points[(i + 1) % n] - points[i]).normalize())
+        } else {
+            None
+        };
+        let (a, b) = (
+            before.or(after).unwrap_or(Vec2::X).perp(),
+            after.or(before).unwrap_or(Vec2::X).perp(),
+        );
         (a + b) / (1.0 + a.dot(b)).max(0.3)
     };
     let curve: Vec<(Vec2, Vec2)> = (0..n).map(|i| (points[i], normal(i))).collect();
@@ -39,7 +65,13 @@ pub(super) fn polyline(s: &mut Solids, plane: &Plane, points: &[Vec2], profile: 
 }
 
 /// A rib in space: `profile` holds (along `across`, along the curve's normal `tangent × across`).
-pub(super) fn rib(s: &mut Solids, points: &[Vec3], across: Vec3, profile: &[Vec2], material: impl Fn(usize) -> u32) {
+pub(super) fn rib(
+    s: &mut Solids,
+    points: &[Vec3],
+    across: Vec3,
+    profile: &[Vec2],
+    material: impl Fn(usize) -> u32,
+) {
     let last = points.len() - 1;
     let ring = |i: usize| {
         let tangent = (points[(i + 1).min(last)] - points[i.saturating_sub(1)]).normalize();
@@ -49,9 +81,16 @@ pub(super) fn rib(s: &mut Solids, points: &[Vec3], across: Vec3, profile: &[Vec2
     s.tube_by(&(0..=last).map(ring).collect::<Vec<_>>(), false, material);
 }
 
-/// A wall panel between the corners of `rectangle` with one opening, from depth `front` to `back`. `holes` are its outlines from front to back,
-/// (outline, depth), of equally many points, convex and anticlockwise: several make a splay. The first and the last lie in the wall's faces.
-pub(super) fn panel(s: &mut Solids, plane: &Plane, rectangle: [Vec2; 2], holes: &[(Vec<Vec2>, f32)], material: u32) {
+/// A wall panel between the corners of `rectangle` with one opening, from depth `front` to `back`.
+/// `holes` are its outlines from front to back, (outline, depth), of equally many points, convex
+/// and anticlockwise: several make a splay. The first and the last lie in the wall's faces.
+pub(super) fn panel(
+    s: &mut Solids,
+    plane: &Plane,
+    rectangle: [Vec2; 2],
+    holes: &[(Vec<Vec2>, f32)],
+    material: u32,
+) {
     let [low, high] = rectangle;
     let front = &holes[0].0;
     let n = front.len();
@@ -66,7 +105,11 @@ pub(super) fn panel(s: &mut Solids, plane: &Plane, rectangle: [Vec2; 2], holes: 
                 f32::INFINITY
             }
         };
-        let t = reach(direction.x, low.x - center.x, high.x - center.x).min(reach(direction.y, low.y - center.y, high.y - center.y));
+        let t = reach(direction.x, low.x - center.x, high.x - center.x).min(reach(
+            direction.y,
+            low.y - center.y,
+            high.y - center.y,
+        ));
         (center + direction * t).clamp(low, high)
     };
     // (edge of the outline, how far along it, corner if any)
@@ -93,7 +136,8 @@ pub(super) fn panel(s: &mut Solids, plane: &Plane, rectangle: [Vec2; 2], holes: 
             let on = |outline: &[Vec2]| outline[i].lerp(outline[(i + 1) % n], t);
             let outer = corner.unwrap_or_else(|| edge((on(front) - center).normalize()));
             let (first, last) = (holes[0].1, holes[holes.len() - 1].1);
-            let mut ring: Vec<Vec3> = holes.iter().map(|(outline, depth)| plane.at(on(outline), *depth)).collect();
+            let mut ring: Vec<Vec3> =
+                holes.iter().map(|(outline, depth)| plane.at(on(outline), *depth)).collect();
             ring.extend([plane.at(outer, last), plane.at(outer, first)]);
             ring
         })
@@ -109,16 +153,35 @@ pub(super) fn roll(center: Vec2, radius: f32, n: u32) -> Vec<Vec2> {
 /// A bevelled bar's section: half width, half depth, bevel.
 pub(super) fn bevelled(half: Vec2, bevel: f32) -> Vec<Vec2> {
     let (w, h, b) = (half.x, half.y, bevel);
-    [(w, b - h), (w, h - b), (w - b, h), (b - w, h), (-w, h - b), (-w, b - h), (b - w, -h), (w - b, -h)].map(Vec2::from).into()
+    [
+        (w, b - h),
+        (w, h - b),
+        (w - b, h),
+        (b - w, h),
+        (-w, h - b),
+        (-w, b - h),
+        (b - w, -h),
+        (w - b, -h),
+    ]
+    .map(Vec2::from)
+    .into()
 }
 
 /// A box with all its edges bevelled: four levels of eight points.
 pub(super) fn block(s: &mut Solids, min: Vec3, max: Vec3, bevel: f32, material: u32) {
     let (center, half) = (0.5 * (min + max), 0.5 * (max - min));
     let ring = |y: f32, inset: f32| -> Vec<Vec3> {
-        bevelled(Vec2::new(half.x - inset, half.z - inset), bevel).iter().rev().map(|p| center + Vec3::new(p.x, y, p.y)).collect()
+        bevelled(Vec2::new(half.x - inset, half.z - inset), bevel)
+            .iter()
+            .rev()
+            .map(|p| center + Vec3::new(p.x, y, p.y))
+            .collect()
     };
     // The ends' bevels keep their corners apart, so that eight points remain.
     let b = 0.5 * bevel;
-    s.tube(&[ring(-half.y, b), ring(b - half.y, 0.0), ring(half.y - b, 0.0), ring(half.y, b)], false, material);
+    s.tube(
+        &[ring(-half.y, b), ring(b - half.y, 0.0), ring(half.y - b, 0.0), ring(half.y, b)],
+        false,
+        material,
+    );
 }

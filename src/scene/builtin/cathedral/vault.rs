@@ -1,7 +1,9 @@
-//! Ribbed quadripartite vaults: two pointed tunnels of one height that meet in groins, with moulded ribs under the groins.
+//! Ribbed quadripartite vaults: two pointed tunnels of one height that meet in groins, with moulded
+//! ribs under the groins.
 //!
-//! Over a bay of half sides a and b the web's height is H · h(min(|x|/a, |z|/b)), h the profile of a pointed arch of half span 1 and rise 1; so groins
-//! stand over the diagonals. A row of bays is one solid: the web below, a flat top.
+//! Over a bay of half sides a and b the web's height is H · h(min(|x|/a, |z|/b)), h the profile of
+//! a pointed arch of half span 1 and rise 1; so groins stand over the diagonals. A row of bays is
+//! one solid: the web below, a flat top.
 
 use std::f32::consts::{PI, TAU};
 
@@ -45,15 +47,26 @@ impl Vault {
         self.webs(s, segments);
         let n = segments.of(22);
         let line = |from: Vec2, to: Vec2, bay: u32| -> Vec<Vec3> {
-            (0..=2 * n).map(|i| from.lerp(to, i as f32 / (2 * n) as f32)).map(|p| self.at(bay, p.x, p.y)).collect()
+            (0..=2 * n)
+                .map(|i| from.lerp(to, i as f32 / (2 * n) as f32))
+                .map(|p| self.at(bay, p.x, p.y))
+                .collect()
         };
         let section = |scale: f32| section(scale * self.rib, segments.of(8));
-        let tint = |key: i64| move |k: usize| RIB_TINTS[(chance(key, k as i64, 5) * RIB_TINTS.len() as f32) as usize];
+        let tint = |key: i64| {
+            move |k: usize| RIB_TINTS[(chance(key, k as i64, 5) * RIB_TINTS.len() as f32) as usize]
+        };
         for bay in 0..self.bays {
             let key = i64::from(bay) * 64 + (self.origin.z * 8.0) as i64;
             for z in [-1.0, 1.0] {
                 let across = Vec3::new(self.half.y * z, 0.0, self.half.x).normalize();
-                rib(s, &line(Vec2::new(1.0, -z), Vec2::new(-1.0, z), bay), across, &section(1.0), tint(key + z as i64));
+                rib(
+                    s,
+                    &line(Vec2::new(1.0, -z), Vec2::new(-1.0, z), bay),
+                    across,
+                    &section(1.0),
+                    tint(key + z as i64),
+                );
                 if segments.coarse() {
                     continue;
                 }
@@ -66,7 +79,13 @@ impl Vault {
         }
         for edge in 0..=self.bays {
             let (bay, u) = if edge < self.bays { (edge, -1.0) } else { (edge - 1, 1.0) };
-            rib(s, &line(Vec2::new(u, 1.0), Vec2::new(u, -1.0), bay), Vec3::NEG_X, &section(1.45), tint(i64::from(edge) + 7000));
+            rib(
+                s,
+                &line(Vec2::new(u, 1.0), Vec2::new(u, -1.0), bay),
+                Vec3::NEG_X,
+                &section(1.45),
+                tint(i64::from(edge) + 7000),
+            );
         }
     }
 
@@ -92,8 +111,12 @@ impl Vault {
                 }
             }
         }
-        let rim: Vec<u32> =
-            (0..nx).map(|i| id(i, 0)).chain((0..nz).map(|k| id(nx, k))).chain((0..nx).map(|i| id(nx - i, nz))).chain((0..nz).map(|k| id(0, nz - k))).collect();
+        let rim: Vec<u32> = (0..nx)
+            .map(|i| id(i, 0))
+            .chain((0..nz).map(|k| id(nx, k)))
+            .chain((0..nx).map(|i| id(nx - i, nz)))
+            .chain((0..nz).map(|k| id(0, nz - k)))
+            .collect();
         let (m, base) = (rim.len() as u32, positions.len() as u32);
         for &r in &rim {
             let p = positions[r as usize];
@@ -120,17 +143,30 @@ impl Vault {
                 Vec2::new((0.05 + a.cos()) * r * 0.95, 0.2 * r - 1.35 * r * a.sin())
             })
             .collect();
-        let petals = |a: f32, p: Vec2| 1.0 + 0.13 * (8.0 * a).cos() * (TAU * (p.x / r).clamp(0.0, 1.0) * 0.5).sin();
-        s.lathe(self.center(bay) + Vec3::Y * self.rise, &profile, segments.of(40), petals, RIB_TINTS[0]);
+        let petals = |a: f32, p: Vec2| {
+            1.0 + 0.13 * (8.0 * a).cos() * (TAU * (p.x / r).clamp(0.0, 1.0) * 0.5).sin()
+        };
+        s.lathe(
+            self.center(bay) + Vec3::Y * self.rise,
+            &profile,
+            segments.of(40),
+            petals,
+            RIB_TINTS[0],
+        );
     }
 }
 
 /// A rib's section, (across, outwards): sunk into the web, hollow flanks, a filleted roll below.
 fn section(scale: f32, n: u32) -> Vec<Vec2> {
     if n < 2 {
-        return [(0.95, 0.6), (0.5, -1.7), (-0.5, -1.7), (-0.95, 0.6)].map(|p| Vec2::from(p) * scale).into();
+        return [(0.95, 0.6), (0.5, -1.7), (-0.5, -1.7), (-0.95, 0.6)]
+            .map(|p| Vec2::from(p) * scale)
+            .into();
     }
-    let mut right: Vec<Vec2> = [(0.95, 0.6), (0.95, -0.25), (0.80, -0.42), (0.58, -0.55), (0.47, -0.78)].map(Vec2::from).into();
+    let mut right: Vec<Vec2> =
+        [(0.95, 0.6), (0.95, -0.25), (0.80, -0.42), (0.58, -0.55), (0.47, -0.78)]
+            .map(Vec2::from)
+            .into();
     right.extend((0..=n).map(|i| {
         let a = 0.15 * PI - 0.62 * PI * i as f32 / n as f32;
         Vec2::new(0.5 * a.cos(), -1.25 + 0.5 * a.sin()).max(Vec2::new(0.09, -9.0))

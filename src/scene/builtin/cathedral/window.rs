@@ -13,7 +13,9 @@ use crate::scene::builtin::solid::Solids;
 /// Section of a tracery bar: (across, depth), a chamfered bar with a roll's nose on both faces.
 fn bar(scale: f32, segments: &Segments) -> Vec<Vec2> {
     if segments.coarse() {
-        return [(0.8, -1.1), (0.8, 1.1), (-0.8, 1.1), (-0.8, -1.1)].map(|p| Vec2::from(p) * scale).into();
+        return [(0.8, -1.1), (0.8, 1.1), (-0.8, 1.1), (-0.8, -1.1)]
+            .map(|p| Vec2::from(p) * scale)
+            .into();
     }
     let n = segments.of(4);
     let mut section = Vec::new();
@@ -29,7 +31,15 @@ fn bar(scale: f32, segments: &Segments) -> Vec<Vec2> {
 }
 
 /// A ring of circle segments that bulge outwards (`foils` of them) inside a circle.
-fn foils(s: &mut Solids, plane: &Plane, center: Vec2, radius: f32, foils: u32, scale: f32, segments: &Segments) {
+fn foils(
+    s: &mut Solids,
+    plane: &Plane,
+    center: Vec2,
+    radius: f32,
+    foils: u32,
+    scale: f32,
+    segments: &Segments,
+) {
     if segments.coarse() {
         return;
     }
@@ -51,24 +61,42 @@ fn foils(s: &mut Solids, plane: &Plane, center: Vec2, radius: f32, foils: u32, s
 }
 
 fn circle_curve(center: Vec2, radius: f32, n: u32) -> Vec<(Vec2, Vec2)> {
-    (0..n).map(|i| Vec2::from_angle(TAU * i as f32 / n as f32)).map(|d| (center + d * radius, d)).collect()
+    (0..n)
+        .map(|i| Vec2::from_angle(TAU * i as f32 / n as f32))
+        .map(|d| (center + d * radius, d))
+        .collect()
 }
 
 /// Two lights under a foiled circle, in a pointed opening.
-pub(super) fn lights(s: &mut Solids, plane: &Plane, window: Pointed, foot: Vec2, sill: f32, segments: &Segments) {
+pub(super) fn lights(
+    s: &mut Solids,
+    plane: &Plane,
+    window: Pointed,
+    foot: Vec2,
+    sill: f32,
+    segments: &Segments,
+) {
     let scale = 0.035 + 0.022 * window.half;
     let section = bar(scale, segments);
     let n = segments.of(10);
     let half = 0.5 * window.half;
     // Mullion and frame.
-    polyline(s, plane, &[Vec2::new(foot.x, sill - 0.1), Vec2::new(foot.x, foot.y + 0.25 * half)], &section, false, |_| RIB_TINTS[0]);
+    polyline(
+        s,
+        plane,
+        &[Vec2::new(foot.x, sill - 0.1), Vec2::new(foot.x, foot.y + 0.25 * half)],
+        &section,
+        false,
+        |_| RIB_TINTS[0],
+    );
     let mut frame: Vec<(Vec2, Vec2)> = window.curve(foot, n, -0.02);
     frame.insert(0, (Vec2::new(foot.x - window.half + 0.02, sill - 0.1), Vec2::NEG_X));
     frame.push((Vec2::new(foot.x + window.half - 0.02, sill - 0.1), Vec2::X));
     if !segments.coarse() {
         moulding(s, plane, &frame, &section, false, voussoirs(foot.x));
     }
-    // The two sub-arches end in the mullion, at different places, so that their end faces do not coincide.
+    // The two sub-arches end in the mullion, at different places, so that their end faces do not
+    // coincide.
     let sub = Pointed { half: half - 0.004, sharp: 1.9 };
     for side in [-1.0, 1.0] {
         let at = Vec2::new(foot.x + side * half, foot.y - 0.1 + 0.005 * side);
@@ -86,7 +114,10 @@ pub(super) fn lights(s: &mut Solids, plane: &Plane, window: Pointed, foot: Vec2,
                 .map(|i| {
                     let t = i as f32 / segments.of(5) as f32;
                     let a = -0.5 * PI + PI * 0.75 * t;
-                    at + Vec2::new(cheek * (half * 0.66 + 0.32 * half * a.cos()), half * (0.32 + 0.32 * a.sin()))
+                    at + Vec2::new(
+                        cheek * (half * 0.66 + 0.32 * half * a.cos()),
+                        half * (0.32 + 0.32 * a.sin()),
+                    )
                 })
                 .collect();
             polyline(s, plane, &points, &small, false, |_| RIB_TINTS[2]);
@@ -95,7 +126,14 @@ pub(super) fn lights(s: &mut Solids, plane: &Plane, window: Pointed, foot: Vec2,
     // The circle touches the frame and both sub-arches.
     let radius = 0.60 * half.mul_add(1.0, 0.12);
     let center = Vec2::new(foot.x, foot.y + window.rise(0.0) - radius - 0.42 * window.half);
-    moulding(s, plane, &circle_curve(center, radius, segments.of(28).max(6)), &section, true, |_| RIB_TINTS[1]);
+    moulding(
+        s,
+        plane,
+        &circle_curve(center, radius, segments.of(28).max(6)),
+        &section,
+        true,
+        |_| RIB_TINTS[1],
+    );
     foils(s, plane, center, radius - 0.3 * scale, 4, scale * 0.6, segments);
 }
 
@@ -107,26 +145,59 @@ pub(super) fn rose(s: &mut Solids, plane: &Plane, center: Vec2, radius: f32, seg
     let n = segments.of(8);
     let (hub, heads) = (0.17 * radius, 0.63 * radius);
     for (r, scale) in [(radius * 0.995, 0.11), (hub, 0.07)] {
-        moulding(s, plane, &circle_curve(center, r, around), &bar(scale, segments), true, voussoirs(r));
+        moulding(
+            s,
+            plane,
+            &circle_curve(center, r, around),
+            &bar(scale, segments),
+            true,
+            voussoirs(r),
+        );
     }
-    moulding(s, plane, &circle_curve(center, radius * 1.06, around), &roll(Vec2::new(0.0, 0.30), 0.09, segments.of(10)), true, voussoirs(2.0));
+    moulding(
+        s,
+        plane,
+        &circle_curve(center, radius * 1.06, around),
+        &roll(Vec2::new(0.0, 0.30), 0.09, segments.of(10)),
+        true,
+        voussoirs(2.0),
+    );
     foils(s, plane, center, hub * 0.92, 6, 0.035, segments);
     for k in 0..petals {
         let a = k as f32 * step;
         let (d, e) = (Vec2::from_angle(a), Vec2::from_angle(a + 0.5 * step));
-        polyline(s, plane, &[center + d * hub * 0.95, center + d * (0.5 * heads), center + d * heads], &bar(0.065, segments), false, |_| RIB_TINTS[0]);
+        polyline(
+            s,
+            plane,
+            &[center + d * hub * 0.95, center + d * (0.5 * heads), center + d * heads],
+            &bar(0.065, segments),
+            false,
+            |_| RIB_TINTS[0],
+        );
         // A round head between this spoke and the next, and a smaller foil in it.
         let middle = center + e * (heads * (0.5 * step).cos());
         let half = heads * (0.5 * step).sin();
         let arc = |r: f32, reach: f32| -> Vec<(Vec2, Vec2)> {
-            (0..=2 * n).map(|i| Vec2::from_angle(a + 0.5 * step + reach * (i as f32 / n as f32 - 1.0))).map(|q| (middle + q * r, q)).collect()
+            (0..=2 * n)
+                .map(|i| Vec2::from_angle(a + 0.5 * step + reach * (i as f32 / n as f32 - 1.0)))
+                .map(|q| (middle + q * r, q))
+                .collect()
         };
         moulding(s, plane, &arc(half, 0.5 * PI), &bar(0.06, segments), false, |_| RIB_TINTS[1]);
-        moulding(s, plane, &arc(half * 0.62, 0.72 * PI), &bar(0.033, segments), false, |_| RIB_TINTS[2]);
+        moulding(s, plane, &arc(half * 0.62, 0.72 * PI), &bar(0.033, segments), false, |_| {
+            RIB_TINTS[2]
+        });
         // Roundels over the spokes.
         let ring = 0.835 * radius;
         let r = 0.138 * radius;
-        moulding(s, plane, &circle_curve(center + d * ring, r, segments.of(28).max(6)), &bar(0.055, segments), true, |_| RIB_TINTS[0]);
+        moulding(
+            s,
+            plane,
+            &circle_curve(center + d * ring, r, segments.of(28).max(6)),
+            &bar(0.055, segments),
+            true,
+            |_| RIB_TINTS[0],
+        );
         foils(s, plane, center + d * ring, r * 0.93, 4, 0.028, segments);
     }
 }
