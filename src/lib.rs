@@ -11,6 +11,7 @@
 //! | Room (rank) | In → out |
 //! |---|---|
 //! | [`error`], [`run`] (0) | failures with file, line and fix; progress, cancel, warnings, threads |
+//! | [`settings`], [`length`] (1) | how a room declares what it can be told; a length in settings |
 //! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
 //! | [`ffi`] (1) | the borders to C, the only folder with unsafe code: Embree, Open Image Denoise |
 //! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures; built-in parametric scenes |
@@ -63,6 +64,7 @@ pub mod denoise;
 pub mod error;
 pub mod ffi;
 pub mod film;
+pub mod length;
 pub mod load;
 pub mod math;
 pub mod method;
@@ -74,6 +76,7 @@ pub mod report;
 pub mod run;
 pub mod sampling;
 pub mod scene;
+pub mod settings;
 pub mod sh;
 pub mod shading;
 pub mod tessellate;

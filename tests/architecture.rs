@@ -4,9 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Rooms that may be imported by rooms of the same or a higher rank.
-const RANKS: [(&str, u32); 21] = [
+const RANKS: [(&str, u32); 23] = [
     ("error", 0),
     ("run", 0),
+    ("settings", 1),
+    ("length", 1),
     ("ffi", 1),
     ("math", 1),
     ("sampling", 1),

@@ -1,11 +1,12 @@
 //! The decomposition's exact limits and invariances.
 
 use glam::Vec3;
+use nearfar::length::Length;
 use nearfar::method::decompose::far::{sample, sample_cluster};
 use nearfar::method::decompose::interpolate::FarField;
 use nearfar::method::decompose::near::NearTree;
 use nearfar::method::decompose::reconstruct::{point, reconstruct};
-use nearfar::method::decompose::{DecomposeSettings, Length, NearHits, Overlap, cluster, render};
+use nearfar::method::decompose::{DecomposeSettings, NearHits, Overlap, cluster, render};
 use nearfar::method::stage::Inputs;
 use nearfar::photon::CellRadiosity;
 use nearfar::photon::Proxy;

@@ -23,6 +23,7 @@ mod points;
 mod references;
 mod report;
 mod reuse;
+mod settings;
 mod show;
 mod sky;
 mod subdivision;

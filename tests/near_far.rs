@@ -2,13 +2,14 @@
 //! wall.
 
 use glam::Vec3;
+use nearfar::length::Length;
 use nearfar::method::decompose::cluster::cluster;
 use nearfar::method::decompose::far::{sample, sample_cluster};
 use nearfar::method::decompose::interpolate::FarField;
 use nearfar::method::decompose::near::NearTree;
 use nearfar::method::decompose::reconstruct::{point, reconstruct};
 use nearfar::method::decompose::validity::{Sight, separate};
-use nearfar::method::decompose::{DecomposeSettings, Length, NearVisibility, prepare, render};
+use nearfar::method::decompose::{DecomposeSettings, NearVisibility, prepare, render};
 use nearfar::method::gather::gather;
 use nearfar::method::stage::Inputs;
 use nearfar::photon::CellRadiosity;

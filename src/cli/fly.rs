@@ -153,11 +153,8 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         .try_for_each(|path| check_writable(path))?;
     let mut job = args.scene.prepare(&extra, None, cancel)?;
     // Noise that stays on the surfaces, unless another is asked for.
-    if job.config.decompose.near_noise == NearNoise::Point
-        && args.reuse != Reuse::None
-        && !args.scene.sets("decompose.near_noise")?
-    {
-        job.config.decompose.near_noise = NearNoise::World;
+    if args.reuse != Reuse::None {
+        job.config.decompose.near_noise.get_or_insert(NearNoise::World);
     }
     let views = views(args, &job.scene.camera)?;
     std::fs::create_dir_all(&args.output)
@@ -196,7 +193,7 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
             }
             _ => decompose::prepare(&world, settings, inputs, &job.run)?,
         };
-        let kept = (args.reuse != Reuse::None && settings.near_noise == NearNoise::World)
+        let kept = (args.reuse != Reuse::None && settings.near_noise() == NearNoise::World)
             .then_some(&mut boxes);
         let rendered =
             decompose::picture_with(&world, settings, &now, kept, inputs.seed, &job.run)?;

@@ -147,14 +147,14 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
             with_cache(args, &job.scene, &world, &config.cache, inputs, &job.run)?
         }
         Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
-        Method::Points => points::render(&world, &config.points, inputs, &job.run)?,
+        Method::Points => points::render(&world, &config.point_based, inputs, &job.run)?,
         Method::LocalCorrection => {
             local_correction::render(&world, &config.local, &config.record, config.seed, &job.run)?
         }
         Method::PhotonMap => photon_map::render(
             &world,
             inputs.near_cell,
-            &config.photon,
+            &config.proxy,
             &config.record,
             config.seed,
             &job.run,
@@ -174,7 +174,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         photon_map::write_photons(
             &world,
             inputs.near_cell,
-            &config.photon,
+            &config.proxy,
             config.seed,
             path,
             &job.run,

@@ -2,7 +2,7 @@
 //! its content. Kept as comments in its header.
 //!
 //! ```text
-//! comment nearfar irradiance cache 2                     kind and version of the content
+//! comment nearfar irradiance cache 3                     kind and version of the content
 //! comment scene meshes=… materials=… textures=… lights=…  crate::scene::Fingerprint; not of camera and seed
 //! comment settings {"cache.rays":512,…}                  dotted keys of the settings that matter, as JSON
 //! ```

@@ -257,5 +257,5 @@ impl Lattice<'_> {
 
 /// The far sampling of a method without a near part.
 fn plain(settings: &DecomposeSettings) -> DecomposeSettings {
-    DecomposeSettings { alpha: crate::method::decompose::Length::Units(0.0), ..settings.clone() }
+    DecomposeSettings { alpha: crate::length::Length::Units(0.0), ..settings.clone() }
 }

@@ -49,7 +49,7 @@ pub use near_noise::NearNoise;
 pub use plan::plan;
 pub use render::{Prepared, picture, picture_with, prepare, render, resume};
 pub use settings::{
-    AlphaMode, DecomposeSettings, Length, Lengths, NearHits, NearIntegral, NearVisibility, Overlap,
+    AlphaMode, DecomposeSettings, Lengths, NearHits, NearIntegral, NearVisibility, Overlap,
 };
 
 /// Membership of a cell at distance `d` in the near ball: 1 up to ¾ alpha, smoothstep to 0 at

@@ -165,7 +165,7 @@ mod tests {
     #[test]
     fn a_neighbours_hits_are_seen_from_the_own_centre() {
         let settings = DecomposeSettings {
-            pool_radius: Some(super::super::Length::Units(1.0)),
+            pool_radius: Some(crate::length::Length::Units(1.0)),
             ..DecomposeSettings::default()
         };
         let lengths = Lengths { alpha: 0.1, ..settings.lengths(1.0) };
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn no_reach_is_the_own_fit_and_a_constant_stays() {
         let mut settings = DecomposeSettings {
-            pool_radius: Some(super::super::Length::Units(0.0)),
+            pool_radius: Some(crate::length::Length::Units(0.0)),
             ..DecomposeSettings::default()
         };
         let clusters = clusters(&[Vec3::ZERO, Vec3::new(0.4, 0.0, 0.0)]);
@@ -200,7 +200,7 @@ mod tests {
             Pool::new(&clusters, &hits, None, &settings, settings.lengths(1.0)).fit(0),
             alone
         );
-        settings.pool_radius = Some(super::super::Length::Units(1.0));
+        settings.pool_radius = Some(crate::length::Length::Units(1.0));
         hits[1] = under_a_ceiling(clusters.center[1]);
         hits.iter_mut().flatten().for_each(|h| h.radiance = Rgb::new(1.0, 2.0, 3.0));
         let constant = Pool::new(&clusters, &hits, None, &settings, settings.lengths(1.0)).fit(0);

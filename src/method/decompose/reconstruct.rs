@@ -198,7 +198,7 @@ pub fn reconstruct_with(
                             }
                             rays += u64::from(settings.near_rays);
                             let far = sh.irradiance(n);
-                            let key = settings.near_noise.element(points, i);
+                            let key = settings.near_noise().element(points, i);
                             let (near, near_cells) = near_by_rays(
                                 world,
                                 proxy,
@@ -245,7 +245,7 @@ pub fn reconstruct_with(
     run.check()?;
     let mut found = blocks.concat();
     if settings.near_visibility == NearVisibility::Rays {
-        if settings.near_filter > 0 {
+        if settings.near_filter() > 0 {
             let near: Vec<NearPart> = found
                 .iter()
                 .map(|f| NearPart { irradiance: f.total - f.far, closeness: f.closeness })
@@ -260,7 +260,7 @@ pub fn reconstruct_with(
                     points,
                     &near,
                     world.camera.width,
-                    settings.near_filter,
+                    settings.near_filter(),
                     settings.near_filter_reach,
                     apart,
                 )
