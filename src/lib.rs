@@ -13,7 +13,8 @@
 //! | [`error`], [`run`] (0) | failures with file, line and fix; progress, cancel, warnings, threads |
 //! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
 //! | [`ffi`] (1) | the borders to C, the only folder with unsafe code: Embree, Open Image Denoise |
-//! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures; built-in parametric scenes |
+//! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures |
+//! | [`builtin`] (3) | scenes made by code: names and parameters → meshes and materials |
 //! | [`load`] (3) | OBJ/MTL, cages, curves, scene TOML, images → [`scene::Scene`], whose surfaces are triangles |
 //! | [`tessellate`] (3) | cages and curves → meshes; `Scene` → [`tessellate::Geometry`] (world-space triangles) → [`tessellate::Cells`] (small pieces for the near sum) |
 //! | [`accel`] (4) | `Geometry` → [`accel::RayQuery`]: Embree, pure-Rust BVH, brute force |
@@ -61,6 +62,7 @@
 
 pub mod accel;
 pub mod bench;
+pub mod builtin;
 pub mod cli;
 pub mod compare;
 pub mod config;
