@@ -1,13 +1,13 @@
 //! The decomposition's error against ground truth falls with each knob that spends time, and has a
 //! minimum in alpha.
 
+use nearfar::compare::{Halves, errors};
 use nearfar::length::Length;
 use nearfar::method::decompose::{DecomposeSettings, render};
 use nearfar::method::path::{self, PathSettings};
 use nearfar::method::stage::Inputs;
 use nearfar::photon::{Estimate, ProxySettings};
 use nearfar::record::RecordSettings;
-use nearfar::report::{Halves, errors};
 use nearfar::run::Run;
 use nearfar::shading::{DirectSettings, World};
 
