@@ -26,6 +26,18 @@ pub struct Inputs<'a> {
     pub seed: u64,
 }
 
+impl Inputs<'_> {
+    /// Whether these settings are in their ranges.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Setting`] for the first that is not.
+    pub fn validate(&self) -> Result<()> {
+        self.photon.validate()?;
+        self.record.validate()?;
+        self.direct.validate()
+    }
+}
+
 /// The scene's cells (phase `cells`).
 ///
 /// # Errors
@@ -54,7 +66,7 @@ impl Stage {
     /// # Errors
     /// Settings out of range, cells that do not fit memory, [`crate::error::Error::Interrupted`].
     pub fn new(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Self> {
-        inputs.record.validate()?;
+        inputs.validate()?;
         let cells = cells(world, inputs, run)?;
         let (radiosity, proxy_stats) = solve(world, &cells, inputs.photon, inputs.seed, run)?;
         let samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;

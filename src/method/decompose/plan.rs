@@ -92,7 +92,7 @@ pub fn plan(
         }
         None => {
             settings.validate()?;
-            inputs.record.validate()?;
+            inputs.validate()?;
             let cells = cells(world, inputs, run)?;
             let (radiosity, proxy_stats) =
                 solve_for(world, &cells, inputs.photon, views, inputs.seed, run)?;

@@ -102,7 +102,7 @@ impl Prepared {
         run: &Run,
     ) -> Result<Self> {
         settings.validate()?;
-        inputs.record.validate()?;
+        inputs.validate()?;
         let cells = cells(world, inputs, run)?;
         if cells.len() != known.radiosity.len() {
             return Err(Error::Render(format!(
