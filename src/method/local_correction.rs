@@ -21,7 +21,8 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::Rendered;
+use super::locations::Locations;
+use super::{MethodStatistics, Rendered};
 use crate::error::{Error, Result};
 use crate::math::offset_origin;
 use crate::points::{Cloud, Gather, Hierarchy, HitSides, PointsSettings, Receiver, dice};
@@ -47,6 +48,15 @@ pub struct LocalSettings {
     pub elements: u64,
     /// Points on lights with extent, per shading point, 1 to 4096. Default 16.
     pub light_samples: u32,
+}
+
+/// What the local correction tells of its picture.
+#[derive(Clone, Debug, Serialize)]
+pub struct LocalStatistics {
+    /// Points that were lit.
+    pub shading_points: usize,
+    /// Surface elements asked for.
+    pub elements: u64,
 }
 
 impl Default for LocalSettings {
@@ -217,13 +227,9 @@ pub fn render(
     film.set_rgb("direct", &samples.reflect(&lights));
     film.set_rgb("indirect", &samples.reflect(&ambient));
     film.set_rgb("irradiance", &samples.mean(&ambient));
-    let stats = [
-        ("shading_points", serde_json::json!(points.len())),
-        ("elements", settings.elements.into()),
-    ];
-    Ok(Rendered {
-        film,
-        stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
-        ..Rendered::default()
-    })
+    let statistics = MethodStatistics::LocalCorrection(LocalStatistics {
+        shading_points: points.len(),
+        elements: settings.elements,
+    });
+    Ok(Rendered { film, statistics, locations: Locations::default() })
 }

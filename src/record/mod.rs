@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::film::Film;
+use crate::film::{Film, Layer, layer};
 use crate::math::{Ray, offset_origin};
 use crate::radiometry::Rgb;
 use crate::run::{RayKind, Run};
@@ -331,6 +331,18 @@ fn pixel(
         row.points.footprint.push((p - world.camera.eye).dot(forward) * world.camera.pixel_angle());
     }
 }
+
+/// Layers of [`CameraSamples::compose`], which all methods that start from camera samples share.
+pub const LAYERS: [Layer; 8] = [
+    layer::DIRECT,
+    layer::EMISSION,
+    layer::INDIRECT,
+    layer::IRRADIANCE,
+    layer::ALBEDO,
+    layer::NORMAL,
+    layer::POSITION,
+    layer::DEPTH,
+];
 
 impl CameraSamples {
     /// The image for an irradiance at every shading point, with the layers that all methods share:

@@ -48,8 +48,8 @@ pub use shrink::{Certificate, combine};
 use std::time::Instant;
 
 use crate::error::{Error, Result};
-use crate::film::Film;
-use crate::method::Rendered;
+use crate::film::{Film, layer};
+use crate::method::{MethodStatistics, Rendered};
 use crate::run::Run;
 
 /// How much of a band of the difference is kept.
@@ -67,6 +67,8 @@ pub enum Weight {
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ConvergeSettings {
+    /// Go on from the method's picture towards the ground truth.
+    pub enabled: bool,
     /// Path-traced samples per pixel, both halves together; at least 4.
     pub spp: u32,
     /// Weight of the samples against the model.
@@ -79,7 +81,7 @@ pub struct ConvergeSettings {
 
 impl Default for ConvergeSettings {
     fn default() -> Self {
-        Self { spp: 256, weight: Weight::Shrink, levels: 6, target_error: 0.0 }
+        Self { enabled: false, spp: 256, weight: Weight::Shrink, levels: 6, target_error: 0.0 }
     }
 }
 
@@ -104,6 +106,17 @@ impl ConvergeSettings {
         }
         Ok(())
     }
+}
+
+/// What `converge` tells of its picture.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+pub struct ConvergeStatistics {
+    /// Mean path-traced samples a pixel; 0: the picture is the model's.
+    #[serde(rename = "converge_spp")]
+    pub spp: f64,
+    /// What is known of the picture's error.
+    #[serde(flatten)]
+    pub certificate: Option<Certificate>,
 }
 
 /// Most samples that a half grows by between two looks at the clock.
@@ -156,21 +169,21 @@ pub fn render(
             }
         }
     }
-    let Rendered { mut film, mut stats, locations } = model;
-    let (mut spp, mut certificate) = (0.0, None);
+    let Rendered { mut film, statistics, locations } = model;
+    let mut converge = ConvergeStatistics::default();
     if let Some(films) = usable(&halves) {
         let _phase = run.phase("converge", 1);
-        let (picture, found) = run.install(|| combine(&film, films, settings))?;
+        let (picture, certificate) = run.install(|| combine(&film, films, settings))?;
         film.set_rgb("", &picture);
         let counts = films.map(|f| f.channels.get("samples").cloned().unwrap_or_default());
         let samples: Vec<f32> = counts[0].iter().zip(&counts[1]).map(|(a, b)| a + b).collect();
-        spp = samples.iter().map(|&n| f64::from(n)).sum::<f64>() / samples.len().max(1) as f64;
-        film.set("samples", samples);
-        certificate = Some(found);
+        converge.spp =
+            samples.iter().map(|&n| f64::from(n)).sum::<f64>() / samples.len().max(1) as f64;
+        film.set(layer::SAMPLES.name, samples);
+        converge.certificate = Some(certificate);
     }
-    film.header.insert("nearfar.converge.spp".into(), spp.to_string());
-    stats.insert("converge_spp".into(), spp.into());
-    if let Some(c) = certificate {
+    film.header.insert("nearfar.converge.spp".into(), converge.spp.to_string());
+    if let Some(c) = converge.certificate {
         for (name, value) in [
             ("relmse", c.relmse),
             ("bias", c.bias),
@@ -179,10 +192,10 @@ pub fn render(
             ("path", c.path),
         ] {
             film.header.insert(format!("nearfar.converge.{name}"), format!("{value:e}"));
-            stats.insert(format!("converge_{name}"), value.into());
         }
     }
-    Ok(Rendered { film, stats, locations })
+    let statistics = MethodStatistics::Converged { model: Box::new(statistics), converge };
+    Ok(Rendered { film, statistics, locations })
 }
 
 /// Both halves, once every pixel has both quarters of each.
