@@ -8,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
+use crate::accel::Backend;
 use crate::denoise::Denoise;
 use crate::error::{Error, Result};
 use crate::method::cache::CacheSettings;
@@ -28,6 +29,8 @@ use crate::shading::DirectSettings;
 pub struct RenderConfig {
     /// Seed of every random number.
     pub seed: u64,
+    /// Who answers ray queries.
+    pub backend: Backend,
     /// What removes noise from the finished picture of `nearfar render`; with it
     /// `decompose.near_filter` is 0 unless set.
     pub denoise: Denoise,
@@ -79,22 +82,30 @@ impl RenderConfig {
         let mut config: Self = table
             .try_into()
             .map_err(|e: toml::de::Error| Error::setting("settings", one_line(e.message())))?;
-        config.path.check()?;
-        config.converge.validate()?;
-        config.decompose.validate()?;
-        config.cache.validate()?;
-        config.gather.validate()?;
-        config.photon.validate()?;
-        config.record.validate()?;
         if config.denoise != Denoise::None && !own_near_filter {
             // A denoiser takes the noise of single near rays better than what the filter makes of
             // it.
             config.decompose.near_filter = 0;
         }
         config.path.filter = config.record.pixel_filter();
-        config.points.validate()?;
-        config.local.validate()?;
+        config.validate()?;
         Ok(config)
+    }
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for the first value out of range.
+    pub fn validate(&self) -> Result<()> {
+        self.path.check()?;
+        self.converge.validate()?;
+        self.decompose.validate()?;
+        self.cache.validate()?;
+        self.gather.validate()?;
+        self.photon.validate()?;
+        self.record.validate()?;
+        self.points.validate()?;
+        self.local.validate()
     }
 
     /// What the methods start from, in a scene of the given diagonal. All of them get the cells

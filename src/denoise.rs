@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::ffi::oidn::{Denoiser, Input};
-use crate::film::Film;
+use crate::film::{Film, Layer};
 use crate::radiometry::Rgb;
 use crate::run::Run;
 
@@ -53,6 +53,9 @@ impl Denoise {
         }
     }
 }
+
+/// The beauty before it was denoised; layers that describe it stand under this name too.
+pub const NOISY: Layer = Layer::rgb("noisy", "the picture before it was denoised, W/(sr m²)");
 
 /// What goes through the denoiser at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,7 +107,7 @@ pub fn denoise(film: &mut Film, denoiser: &Denoiser, parts: Parts, run: &Run) ->
             film.set(&format!("noisy.{name}"), values);
         }
     }
-    film.set_rgb("noisy", &noisy);
+    film.set_rgb(NOISY.name, &noisy);
     film.set_rgb("", &beauty);
     Ok(())
 }

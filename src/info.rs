@@ -10,9 +10,9 @@ use glam::Vec3;
 use serde::Serialize;
 
 use crate::load::Loaded;
-use crate::math::Ray;
 use crate::method::decompose::DecomposeSettings;
 use crate::radiometry::{MAX_ALBEDO, Rgb, luminance};
+use crate::render::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::scene::{Environment, Light, Scene};
 use crate::shading::World;
 use crate::tessellate::{Geometry, analyze_topology};

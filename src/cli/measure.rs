@@ -18,9 +18,9 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::options::{Job, SceneOptions};
-use super::statistics::children_cpu_seconds;
+use super::options::{Job, SceneOptions, value_name};
 use crate::error::{Error, Result};
+use crate::process::children_cpu_seconds;
 use crate::scene::Fingerprint;
 
 /// How often a running child is looked at.
@@ -85,16 +85,16 @@ impl Workshop {
         let mut hash = DefaultHasher::new();
         (file.len(), file.modified().ok()).hash(&mut hash);
         (Fingerprint::new(&job.scene), format!("{:?}", job.scene.camera)).hash(&mut hash);
-        (job.config.to_table()?.to_string(), format!("{:?}", options.backend), job.run.threads())
+        (
+            job.config.to_table()?.to_string(),
+            format!("{:?}", job.config.backend),
+            job.run.threads(),
+        )
             .hash(&mut hash);
         let mut common = vec![options.scene.display().to_string()];
         let mut give = |name: &str, value: String| common.extend([name.to_owned(), value]);
         give("--threads", job.run.threads().to_string());
-        give(
-            "--backend",
-            clap::ValueEnum::to_possible_value(&options.backend)
-                .map_or_else(String::new, |v| v.get_name().to_owned()),
-        );
+        give("--backend", value_name(job.config.backend));
         if let Some((width, height)) = options.size {
             give("--size", format!("{width}x{height}"));
         }

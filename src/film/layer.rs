@@ -107,8 +107,7 @@ mod tests {
             Layer::alone("samples", ""),
         ];
         let names: Vec<String> = layers.iter().flat_map(Layer::channel_names).collect();
-        let expected =
-            ["far.R", "far.G", "far.B", "N.X", "N.Y", "N.Z", "depth.Z", "samples"];
+        let expected = ["far.R", "far.G", "far.B", "N.X", "N.Y", "N.Z", "depth.Z", "samples"];
         assert_eq!(names, expected);
         for layer in layers {
             assert!(layer.channel_names().iter().all(|c| layer_of(c) == layer.name));

@@ -11,8 +11,9 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::Rendered;
-use super::stage::{Inputs, Stage};
+use super::locations::Locations;
+use super::stage::{Inputs, Stage, StageStatistics};
+use super::{MethodStatistics, Rendered};
 use crate::error::{Error, Result};
 use crate::math::{Frame, Ray};
 use crate::photon::Proxy;
@@ -48,6 +49,16 @@ impl GatherSettings {
         }
         Ok(())
     }
+}
+
+/// What final gathering tells of its picture.
+#[derive(Clone, Debug, Serialize)]
+pub struct GatherStatistics {
+    /// Proxy and points.
+    #[serde(flatten)]
+    pub stage: StageStatistics,
+    /// Rays of every point.
+    pub rays_per_point: u32,
 }
 
 /// Irradiance at every point (phase `sample`).
@@ -106,7 +117,12 @@ pub fn render(
     let stage = Stage::new(world, inputs, run)?;
     let irradiance =
         gather(world, stage.proxy(), &stage.samples.points, settings.rays, inputs.seed, run)?;
-    let mut stats = stage.stats();
-    stats.insert("rays_per_point".into(), settings.rays.into());
-    Ok(Rendered { film: stage.samples.compose(&irradiance), stats, ..Rendered::default() })
+    Ok(Rendered {
+        film: stage.samples.compose(&irradiance),
+        statistics: MethodStatistics::Gather(GatherStatistics {
+            stage: stage.statistics(),
+            rays_per_point: settings.rays,
+        }),
+        locations: Locations::default(),
+    })
 }

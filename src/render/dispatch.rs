@@ -34,9 +34,7 @@ fn decomposed(renderer: &Renderer<'_>, kept: &Kept) -> Result<Rendered> {
     let (world, config, run) = (renderer.world(), renderer.config(), renderer.run());
     let (settings, inputs) = (&config.decompose, config.inputs(world.diagonal));
     // The key reads the whole scene: made only where there is a file to compare it with.
-    let key = || {
-        store::key(Fingerprint::new(renderer.scene()), &inputs, settings, world.diagonal)
-    };
+    let key = || store::key(Fingerprint::new(renderer.scene()), &inputs, settings, world.diagonal);
     let prepared = match &kept.load {
         Some(path) => {
             let known = store::load(path, &key(), &inputs, settings)?;

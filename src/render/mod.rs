@@ -14,7 +14,7 @@
 //! | `renderer` | [`Renderer`]: the steps |
 //! | `dispatch` | which function a [`Method`] is |
 //! | `kept` | [`Kept`]: files of earlier work to start from and to write |
-//! | `irradiance` | irradiance at points that no camera needs to see |
+//! | `flight` | [`Flight`]: the frames of a camera path |
 //! | `header` | what an image file says of its making |
 //! | `statistics` | [`Statistics`]: what is told of a render |
 //! | `view` | whether the camera stands where it can see anything |
@@ -24,15 +24,15 @@
 //! [`Run`](crate::run::Run)'s reporter.
 
 mod dispatch;
+mod flight;
 mod header;
-mod irradiance;
 mod kept;
 mod renderer;
 mod statistics;
 mod view;
 
+pub use flight::{Flight, Frame, Reuse};
 pub use header::describe;
-pub use irradiance::{PointIrradiance, SurfacePoints};
 pub use kept::Kept;
 pub use renderer::{Rendered, Renderer};
 pub use statistics::{RunStatistics, Statistics};
@@ -49,11 +49,6 @@ use crate::scene::Scene;
 /// # Errors
 /// Settings out of range, a backend or denoiser that cannot be had, memory that does not suffice,
 /// [`crate::error::Error::Interrupted`].
-pub fn render(
-    scene: &Scene,
-    config: &RenderConfig,
-    method: Method,
-    run: &Run,
-) -> Result<Rendered> {
+pub fn render(scene: &Scene, config: &RenderConfig, method: Method, run: &Run) -> Result<Rendered> {
     Renderer::new(scene, config, run)?.render(method)
 }

@@ -1,10 +1,10 @@
 //! A scene made ready for rays, and the pictures that are made of it.
 
 use super::dispatch::picture;
+use super::header;
 use super::kept::Kept;
 use super::statistics::Statistics;
 use super::view::{CAMERA_INSIDE_WALL, camera_inside_wall};
-use super::header;
 use crate::config::RenderConfig;
 use crate::denoise::{Parts, denoise};
 use crate::error::{Error, Result};

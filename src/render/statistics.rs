@@ -4,14 +4,11 @@
 //! figures are there is decided by the method ([`MethodStatistics`]). Seconds are wall clock;
 //! `cpu_seconds` and `peak_rss_bytes` are those of the whole process.
 
-use std::path::Path;
-
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::renderer::Renderer;
 use crate::accel::Backend;
-use crate::error::{Error, Result};
 use crate::method::{Method, MethodStatistics};
 use crate::process;
 use crate::run::{RayKind, Run};

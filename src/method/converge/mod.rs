@@ -119,6 +119,20 @@ pub struct ConvergeStatistics {
     pub certificate: Option<Certificate>,
 }
 
+impl std::fmt::Display for ConvergeStatistics {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Some(c) = &self.certificate else {
+            return f.write_str("no time for samples: the picture is the model's");
+        };
+        write!(
+            f,
+            "{:.1} samples a pixel; estimated relMSE {:.2e} (bias {:.2e}, noise {:.2e}); \
+             model alone {:.2e}, samples alone {:.2e}",
+            self.spp, c.relmse, c.bias, c.noise, c.model, c.path
+        )
+    }
+}
+
 /// Most samples that a half grows by between two looks at the clock.
 const MAX_PASS: u32 = 32;
 /// Growth of the samples between two certificates.

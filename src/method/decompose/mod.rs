@@ -47,7 +47,9 @@ pub mod validity;
 
 pub use near_noise::NearNoise;
 pub use plan::plan;
-pub use render::{Prepared, picture, picture_with, prepare, render, resume};
+pub use render::{
+    DecomposeStatistics, LAYERS, Prepared, picture, picture_with, prepare, render, resume,
+};
 pub use settings::{
     AlphaMode, DecomposeSettings, Length, Lengths, NearHits, NearIntegral, NearVisibility, Overlap,
 };

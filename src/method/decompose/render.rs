@@ -1,7 +1,5 @@
 //! The three passes in a row, from nothing or from what is known of the scene.
 
-use serde_json::json;
-
 use super::cluster::Clusters;
 use super::extend::extend;
 use super::interpolate::FarField;
@@ -13,15 +11,48 @@ use super::store::Known;
 use super::validity::Sight;
 use super::{DecomposeSettings, Lengths, NearVisibility};
 use crate::error::{Error, Result};
-use crate::method::Rendered;
-use crate::method::locations::Locations;
-use crate::method::stage::{Inputs, Stage, cells};
+use crate::film::Layer;
+use crate::method::locations::{LOCATION, Locations};
+use crate::method::stage::{Inputs, Stage, StageStatistics, cells};
+use crate::method::{MethodStatistics, Rendered};
 use crate::photon::{self, Proxy, ProxyStats};
 use crate::radiometry::Rgb;
 use crate::record::{CameraSamples, camera_samples};
 use crate::run::Run;
 use crate::sh::ShRgb;
 use crate::shading::World;
+
+const FAR: Layer = Layer::rgb("far", "far part of the indirect light, W/(sr m²)");
+const NEAR: Layer = Layer::rgb("near", "near part of the indirect light, may be negative");
+const CLUSTER: Layer =
+    Layer::one("cluster", "id", "cluster of the largest weight; −1 where there is none");
+
+/// Layers of the picture beside those of the camera samples.
+pub const LAYERS: [Layer; 4] = [FAR, NEAR, CLUSTER, LOCATION];
+
+/// What the decomposition tells of its picture.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct DecomposeStatistics {
+    /// Proxy and points.
+    #[serde(flatten)]
+    pub stage: StageStatistics,
+    /// Near/far distance, scene units.
+    pub alpha: f32,
+    /// Clusters in all.
+    pub clusters: usize,
+    /// Far rays of a cluster.
+    pub rays_per_cluster: u32,
+    /// Clusters of a file or of other views.
+    pub clusters_loaded: usize,
+    /// Sides of the proxy gathered for this view alone.
+    pub sides_added: usize,
+    /// CPU time of a new cluster.
+    pub microseconds_per_cluster: f64,
+    /// Points that no cluster may serve.
+    pub own_samples: usize,
+    /// Near surfaces that took part in a point's light.
+    pub near_triangles_mean: f64,
+}
 
 /// Everything before pass 3; budgets and other callers swap single parts of it.
 #[derive(Debug)]
@@ -333,24 +364,17 @@ pub fn picture_with(
     film.set("location", locations.marks(samples));
 
     let near_cells: u64 = found.iter().map(|f| u64::from(f.near_cells)).sum();
-    let mut stats = prepared.stage.stats();
-    for (key, value) in [
-        ("alpha", json!(prepared.lengths.alpha)),
-        ("clusters", json!(prepared.clusters.len())),
-        ("rays_per_cluster", json!(settings.rays)),
-        ("clusters_loaded", json!(prepared.earlier)),
-        ("sides_added", json!(prepared.sides_added)),
-        (
-            "microseconds_per_cluster",
-            json!(
-                prepared.sample_seconds * 1e6
-                    / (prepared.clusters.len() - prepared.earlier).max(1) as f64
-            ),
-        ),
-        ("own_samples", json!(found.iter().filter(|f| f.cluster.is_none()).count())),
-        ("near_triangles_mean", json!(near_cells as f64 / samples.points.len().max(1) as f64)),
-    ] {
-        stats.insert(key.into(), value);
-    }
-    Ok(Rendered { film, stats, locations })
+    let added = prepared.clusters.len() - prepared.earlier;
+    let statistics = MethodStatistics::Decomposition(DecomposeStatistics {
+        stage: prepared.stage.statistics(),
+        alpha: prepared.lengths.alpha,
+        clusters: prepared.clusters.len(),
+        rays_per_cluster: settings.rays,
+        clusters_loaded: prepared.earlier,
+        sides_added: prepared.sides_added,
+        microseconds_per_cluster: prepared.sample_seconds * 1e6 / added.max(1) as f64,
+        own_samples: found.iter().filter(|f| f.cluster.is_none()).count(),
+        near_triangles_mean: near_cells as f64 / samples.points.len().max(1) as f64,
+    });
+    Ok(Rendered { film, statistics, locations })
 }

@@ -183,7 +183,6 @@ pub fn reference(
     film.header.insert(resume::KEY.into(), key);
     film.header.insert("nearfar.spp".into(), fewest.to_string());
     film.header.insert("nearfar.noise_relmse".into(), format!("{error:e}"));
-    let statistics =
-        MethodStatistics::Path(PathStatistics { spp: fewest, noise_relmse: error });
+    let statistics = MethodStatistics::Path(PathStatistics { spp: fewest, noise_relmse: error });
     Ok(Rendered { film, statistics, locations: Locations::default() })
 }
