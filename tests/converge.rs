@@ -3,15 +3,29 @@
 
 use nearfar::accel::Backend;
 use nearfar::film::Film;
-use nearfar::method::Rendered;
-use nearfar::method::converge::{ConvergeSettings, Weight, render};
+use nearfar::method::converge::{Certificate, ConvergeSettings, Weight, render};
+use nearfar::method::locations::Locations;
 use nearfar::method::path::{PathSettings, reference};
+use nearfar::method::{MethodStatistics, Rendered};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 use nearfar::scene::Scene;
 use nearfar::shading::World;
 
 use crate::support::{small_room, world};
+
+/// A film as the picture of a method that counts nothing.
+fn model_of(film: Film) -> Rendered {
+    let statistics = MethodStatistics::Direct {};
+    Rendered { film, statistics, locations: Locations::default() }
+}
+
+fn certificate(found: &Rendered) -> Certificate {
+    match &found.statistics {
+        MethodStatistics::Converged { converge, .. } => converge.certificate.unwrap(),
+        other => panic!("{other:?}"),
+    }
+}
 
 fn room(width: u32, height: u32) -> Scene {
     let mut scene = small_room();
@@ -36,7 +50,7 @@ fn model(truth: &Film, change: impl Fn(usize, Rgb) -> Rgb) -> Film {
 
 fn converge(world: &World, model: &Film, settings: &ConvergeSettings, seed: u64) -> Rendered {
     let run = Run::new(2).unwrap();
-    let start = Rendered { film: model.clone(), ..Rendered::default() };
+    let start = model_of(model.clone());
     render(
         start,
         settings,
@@ -127,7 +141,7 @@ fn error_falls_stays_below_both_and_is_certified() {
         let (found, plain) = (at(Weight::Shrink), at(Weight::One));
         let error = relmse(&found.film, &truth);
         let best = model_error.min(relmse(&plain.film, &truth));
-        let claimed = found.stats["converge_relmse"].as_f64().unwrap();
+        let claimed = certificate(&found).relmse;
         eprintln!(
             "{spp} spp: {error:.5}, certified {claimed:.5}; model {model_error:.5}, path {:.5}",
             relmse(&plain.film, &truth)
@@ -150,7 +164,7 @@ fn a_cancelled_run_is_the_model() {
     let run = Run::new(1).unwrap();
     let film = trace(&world, 1, 4, None, &run);
     run.cancel_flag().store(true, std::sync::atomic::Ordering::SeqCst);
-    let start = Rendered { film: film.clone(), ..Rendered::default() };
+    let start = model_of(film.clone());
     let kept =
         render(start, &ConvergeSettings::default(), &mut |_, _, _| unreachable!(), &run).unwrap();
     assert_eq!(kept.film.rgb(""), film.rgb(""));

@@ -21,6 +21,7 @@ mod photon;
 mod pixel_filter;
 mod points;
 mod references;
+mod render;
 mod report;
 mod reuse;
 mod show;
