@@ -14,7 +14,7 @@ use super::measure::{Configuration, Measured, Workshop};
 use super::options::{Job, SceneOptions};
 use crate::bench::chart::chart;
 use crate::bench::methods::{Against, ForeignPoint, MethodsReport, Row, verdict};
-use crate::compare::{Comparison, Reference, compare, read_reference};
+use crate::compare::{Comparison, Reference, Truth, compare, read_reference};
 use crate::config::{self, RenderConfig};
 use crate::error::{Error, Result};
 use crate::ffi::oidn::Denoiser;
@@ -300,9 +300,14 @@ fn entry(line: &Line, name: String, knob: &str, value: String, settings: &Table)
     Ok(Entry { line: name, knob: knob.to_owned(), value, default, configuration })
 }
 
-/// Reads a reference and checks its size.
-fn reference_of(path: &Path, job: &Job) -> Result<Reference> {
-    let reference = read_reference(path)?;
+/// Reads a truth and checks its size.
+fn truth_of(path: &Path, job: &Job) -> Result<Truth> {
+    let truth = Truth::read(path)?;
+    check_size(path, truth.reference(), job)?;
+    Ok(truth)
+}
+
+fn check_size(path: &Path, reference: &Reference, job: &Job) -> Result<()> {
     let camera = &job.scene.camera;
     if (reference.width, reference.height) != (camera.width, camera.height) {
         let (w, h) = (reference.width, reference.height);
@@ -313,11 +318,11 @@ fn reference_of(path: &Path, job: &Job) -> Result<Reference> {
             camera.height
         )));
     }
-    Ok(reference)
+    Ok(())
 }
 
-fn against(path: &Path, reference: Option<&Reference>) -> Result<Option<Comparison>> {
-    reference.map(|r| compare(&read_exr(path)?, path, r)).transpose()
+fn against(path: &Path, truth: Option<&Truth>) -> Result<Option<Comparison>> {
+    truth.map(|r| compare(&read_exr(path)?, path, r)).transpose()
 }
 
 /// Measures all configurations and compares them.
@@ -341,10 +346,10 @@ pub(super) fn run(
     let job = scene.prepare(&[], None, cancel)?;
     let settings = job.config.to_table()?;
     let entries = entries(options, &settings)?;
-    let truth = reference.map(|path| reference_of(path, &job)).transpose()?;
+    let truth = reference.map(|path| truth_of(path, &job)).transpose()?;
     let mut points = Vec::new();
     for p in &options.point {
-        reference_of(&p.file, &job)?;
+        check_size(&p.file, &read_reference(&p.file)?, &job)?;
         points.push(ForeignPoint {
             name: p.name.clone(),
             cpu_seconds: p.seconds,
@@ -362,7 +367,7 @@ pub(super) fn run(
         Configuration { name: format!("gather-reference-{rays}"), arguments: arguments.into() }
     });
     measure(&workshop, &entries, gather.as_ref(), rounds, scene, &job)?;
-    let gather = gather.map(|g| read_reference(&workshop.image(&g))).transpose()?;
+    let gather = gather.map(|g| Truth::read(&workshop.image(&g))).transpose()?;
     let mut rows = Vec::new();
     for entry in &entries {
         let Some(measured) = workshop.known(&entry.configuration) else { continue };
