@@ -53,6 +53,8 @@ pub(super) struct SceneOptions {
 /// A scene and what is to be done with it.
 pub(super) struct Job {
     pub(super) scene: Scene,
+    /// Settings that anything gives: scene file, command line, quality; the others follow.
+    pub(super) given: toml::Table,
     pub(super) config: RenderConfig,
     pub(super) run: Run,
     pub(super) start: Instant,
@@ -85,8 +87,8 @@ impl SceneOptions {
         if let Some(seed) = self.seed {
             config::set(&mut settings, "seed", Value::Integer(seed as i64))?;
         }
-        let config = RenderConfig::from_table(settings)?;
-        Ok(Job { scene, config, run, start })
+        let config = RenderConfig::from_table(settings.clone())?;
+        Ok(Job { scene, given: settings, config, run, start })
     }
 
     /// Whether the command line sets this key.
