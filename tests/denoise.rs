@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use nearfar::compare::{compare, read_reference};
+use nearfar::compare::{Truth, compare};
 use nearfar::ffi::oidn::{Denoiser, VARIABLE};
 use nearfar::film::{Film, read_exr};
 
@@ -101,7 +101,7 @@ fn path_tracing_loses_its_noise_and_keeps_it_beside() {
     let common = ["--method", "path", "--spp", "16"];
     let noisy = folder.film("noisy", &common);
     let denoised = folder.film("denoised", &[&common[..], &["--denoise", "oidn"]].concat());
-    let truth = read_reference(TRUTH.as_ref()).unwrap();
+    let truth = Truth::read(TRUTH.as_ref()).unwrap();
     let error = |film: &Film| compare(film, SCENE.as_ref(), &truth).unwrap().errors;
     let (before, after) = (error(&noisy), error(&denoised));
     // Measured: 78 times less.

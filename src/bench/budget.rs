@@ -1,7 +1,6 @@
 //! Where the error of a decomposition picture sits: one part at a time is swapped for an exact one.
 //!
-//! Every row is the final image on a lattice of pixels, against the same two-half ground truth (see
-//! [`Halves`]):
+//! Every row is the final image on a lattice of pixels, against the same two-half ground truth :
 //!
 //! | Row | Indirect irradiance at a shading point |
 //! |---|---|
@@ -18,7 +17,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::compare::{Errors, Halves, errors};
+use crate::compare::{Errors, Truth, errors_at};
 use crate::error::Result;
 use crate::method::decompose::far::{sample, sample_cluster};
 use crate::method::decompose::interpolate::FarField;
@@ -45,21 +44,12 @@ pub struct BudgetRow {
     pub errors: Errors,
 }
 
-/// What the budget is measured against, one value a pixel of the whole image.
-#[derive(Debug)]
-pub struct Truth {
-    /// Mean.
-    pub mean: Vec<Rgb>,
-    /// Independent halves.
-    pub halves: Option<Halves>,
-}
-
 struct Lattice<'a> {
     world: &'a World,
     proxy: Proxy<'a>,
     samples: CameraSamples,
     pixels: Vec<u32>,
-    truth: Truth,
+    truth: &'a Truth,
     settings: &'a DecomposeSettings,
     alpha: f32,
     gather_rays: u32,
@@ -90,11 +80,6 @@ pub fn budget(
     let pixels: Vec<u32> = (0..height)
         .flat_map(|y| (0..width).filter(move |&x| wanted(x, y)).map(move |x| y * width + x))
         .collect();
-    let pick = |v: &[Rgb]| pixels.iter().map(|&i| v[i as usize]).collect::<Vec<_>>();
-    let truth = Truth {
-        mean: pick(&truth.mean),
-        halves: truth.halves.as_ref().map(|h| Halves(pick(&h.0), pick(&h.1))),
-    };
     let lattice = Lattice {
         world,
         proxy: prepared.stage.proxy(),
@@ -195,7 +180,7 @@ impl Lattice<'_> {
             .map(|&i| i as usize)
             .map(|i| samples.emission[i] + samples.direct[i] + indirect[i])
             .collect();
-        BudgetRow { part, errors: errors(&image, &self.truth.mean, self.truth.halves.as_ref()) }
+        BudgetRow { part, errors: errors_at(&self.pixels, &image, self.truth) }
     }
 
     fn each(

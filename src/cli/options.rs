@@ -55,6 +55,8 @@ pub(super) struct Job {
     /// The scene's file, as the user named it.
     pub(super) path: PathBuf,
     pub(super) scene: Scene,
+    /// Settings that anything gives: scene file, command line, quality; the others follow.
+    pub(super) given: toml::Table,
     pub(super) config: RenderConfig,
     pub(super) run: Run,
     pub(super) quiet: bool,
@@ -90,9 +92,9 @@ impl SceneOptions {
         if let Some(backend) = self.backend {
             config::set(&mut settings, "backend", Value::String(value_name(backend)))?;
         }
-        let config = RenderConfig::from_table(settings)?;
+        let config = RenderConfig::from_table(settings.clone())?;
         let (path, quiet, verbose) = (self.scene.clone(), self.quiet, self.verbose);
-        Ok(Job { path, scene, config, run, quiet, verbose })
+        Ok(Job { path, scene, given: settings, config, run, quiet, verbose })
     }
 
     /// Whether the command line sets this key.
