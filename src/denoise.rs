@@ -30,7 +30,8 @@ use crate::radiometry::Rgb;
 use crate::run::Run;
 
 /// What removes noise from the finished picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Denoise {
     /// Nothing.

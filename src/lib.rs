@@ -63,6 +63,7 @@
 pub mod accel;
 pub mod bench;
 pub mod builtin;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
 pub mod config;

@@ -50,9 +50,8 @@ pub trait RayQuery: Send + Sync + std::fmt::Debug {
 }
 
 /// Which backend answers.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, clap::ValueEnum,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Backend {
     /// Embree 4.3 or later.
@@ -60,7 +59,7 @@ pub enum Backend {
     /// The pure-Rust BVH.
     Bvh,
     /// Brute force: tests only.
-    #[value(skip)]
+    #[cfg_attr(feature = "cli", value(skip))]
     Brute,
 }
 

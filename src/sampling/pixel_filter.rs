@@ -18,7 +18,8 @@ use serde::{Deserialize, Serialize};
 use super::sample_disc;
 
 /// Shape of a pixel filter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum FilterShape {
     /// Every position of a square counts alike; the pixel itself with radius ½.
