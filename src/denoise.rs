@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! picture = emission + D(direct + indirect)              Parts::Together
-//! picture = emission + D(direct) + D(indirect)           Parts::Apart        D guided by albedo and shading normal
+//! picture = emission + D(direct) + D(indirect)  Parts::Apart; D guided by albedo, normal
 //! ```
 //! What the camera sees directly has no noise and stays sharp. A film without these layers is
 //! denoised as a whole.

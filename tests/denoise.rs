@@ -4,9 +4,11 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use clap::ValueEnum as _;
 use nearfar::compare::{compare, read_reference};
 use nearfar::ffi::oidn::{Denoiser, VARIABLE};
 use nearfar::film::{Film, read_exr};
+use nearfar::method::Method;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.toml");
 const TRUTH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.exr");
@@ -143,7 +145,9 @@ fn every_method_takes_it() {
         return;
     }
     let folder = Folder::new("methods");
-    for method in ["decomposition", "irradiance-cache", "gather", "path", "direct", "photon-map"] {
+    for method in Method::value_variants() {
+        let name = method.to_possible_value().unwrap();
+        let method = name.get_name();
         let film = folder.film(
             method,
             &[

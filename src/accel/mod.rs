@@ -83,7 +83,11 @@ pub fn build(
         #[cfg(feature = "embree")]
         Backend::Embree => Ok(Box::new(embree::EmbreeScene::build(geometry, threads)?)),
         #[cfg(not(feature = "embree"))]
-        Backend::Embree => Err(crate::error::Error::Accel("this program was built without the feature `embree`; use --backend bvh, or rebuild with it".into())),
+        Backend::Embree => Err(crate::error::Error::Accel(
+            "this program was built without the feature `embree`; use --backend bvh, or rebuild \
+             with it"
+                .into(),
+        )),
         Backend::Bvh => Ok(Box::new(bvh::BvhScene::build(geometry, threads)?)),
         Backend::Brute => Ok(Box::new(brute::BruteScene::build(geometry))),
     }

@@ -102,7 +102,8 @@ impl Device {
             _ => "did not find the hit of a test ray",
         };
         Err(Error::Accel(format!(
-            "the Embree library is {}, the headers this program was compiled with are {}, and the library {fault}: rebuild against the library's own headers",
+            "the Embree library is {}, the headers this program was compiled with are {}, and the \
+             library {fault}: rebuild against the library's own headers",
             dotted(library),
             dotted(headers)
         )))
@@ -141,7 +142,8 @@ fn check_versions(library: u32, headers: u32) -> Result<()> {
         return Ok(());
     }
     Err(Error::Accel(format!(
-        "the Embree library is {}, but this program was compiled with the headers of {}: install a library of the same major version that is not older, \
+        "the Embree library is {}, but this program was compiled with the headers of {}: install \
+         a library of the same major version that is not older, \
          or rebuild against its headers",
         dotted(library),
         dotted(headers)
@@ -154,8 +156,9 @@ fn dotted(version: u32) -> String {
 
 /// A triangle mesh that Embree shares.
 ///
-/// Memory safety does not rest on implementations: [`Scene::build`] asks for the slices once, checks
-/// what it got, and keeps the owner's [`Arc`] as long as Embree holds them, so they stay borrowed.
+/// Memory safety does not rest on implementations: [`Scene::build`] asks for the slices once,
+/// checks what it got, and keeps the owner's [`Arc`] as long as Embree holds them, so they stay
+/// borrowed.
 pub trait Triangles: std::fmt::Debug + Send + Sync + 'static {
     /// Vertices.
     fn positions(&self) -> &[Vec3];

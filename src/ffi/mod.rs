@@ -1,5 +1,5 @@
-//! The borders to C and to the CPU: the only folder with unsafe code. What is public here is safe to
-//! call.
+//! The borders to C and to the CPU: the only folder with unsafe code. What is public here is safe
+//! to call.
 //!
 //! | Border | Library |
 //! |---|---|
