@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! picture = emission + D(direct + indirect)              Parts::Together
-//! picture = emission + D(direct) + D(indirect)           Parts::Apart        D guided by albedo and shading normal
+//! picture = emission + D(direct) + D(indirect)  Parts::Apart; D guided by albedo, normal
 //! ```
 //! What the camera sees directly has no noise and stays sharp. A film without these layers is
 //! denoised as a whole.
@@ -30,7 +30,8 @@ use crate::radiometry::Rgb;
 use crate::run::Run;
 
 /// What removes noise from the finished picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Denoise {
     /// Nothing.

@@ -243,7 +243,8 @@ impl std::fmt::Display for SceneInfo {
         let [least, low, median, high, most] = self.edges.map(|e| e / self.diagonal);
         writeln!(
             f,
-            "edges       {least:.2e} shortest, {low:.2e} 10 %, {median:.2e} median, {high:.2e} 90 %, {most:.2e} longest (of the diagonal)"
+            "edges       {least:.2e} shortest, {low:.2e} 10 %, {median:.2e} median, {high:.2e} 90 \
+             %, {most:.2e} longest (of the diagonal)"
         )?;
         writeln!(
             f,

@@ -15,6 +15,7 @@ mod decompose;
 mod denoise;
 mod export;
 mod info;
+mod install;
 mod near_far;
 mod path;
 mod photon;

@@ -50,9 +50,8 @@ pub trait RayQuery: Send + Sync + std::fmt::Debug {
 }
 
 /// Which backend answers.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, clap::ValueEnum,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Backend {
     /// Embree 4.3 or later.
@@ -60,7 +59,7 @@ pub enum Backend {
     /// The pure-Rust BVH.
     Bvh,
     /// Brute force: tests only.
-    #[value(skip)]
+    #[cfg_attr(feature = "cli", value(skip))]
     Brute,
 }
 
@@ -84,7 +83,11 @@ pub fn build(
         #[cfg(feature = "embree")]
         Backend::Embree => Ok(Box::new(embree::EmbreeScene::build(geometry, threads)?)),
         #[cfg(not(feature = "embree"))]
-        Backend::Embree => Err(crate::error::Error::Accel("this program was built without the feature `embree`; use --backend bvh, or rebuild with it".into())),
+        Backend::Embree => Err(crate::error::Error::Accel(
+            "this program was built without the feature `embree`; use --backend bvh, or rebuild \
+             with it"
+                .into(),
+        )),
         Backend::Bvh => Ok(Box::new(bvh::BvhScene::build(geometry, threads)?)),
         Backend::Brute => Ok(Box::new(brute::BruteScene::build(geometry))),
     }

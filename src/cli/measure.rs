@@ -138,7 +138,7 @@ impl Workshop {
         let mut common = vec![options.scene.display().to_string()];
         let mut give = |name: &str, value: String| common.extend([name.to_owned(), value]);
         give("--threads", job.run.threads().to_string());
-        give(        if let Some((width, height)) = options.size {
+        if let Some((width, height)) = options.size {
             give("--size", format!("{width}x{height}"));
         }
         options.assignments.iter().for_each(|a| give("--set", a.clone()));

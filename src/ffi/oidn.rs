@@ -138,7 +138,8 @@ impl Denoiser {
                 if files.is_empty() {
                     let names = NAMES.join(" or ");
                     return Err(Error::Usage(format!(
-                        "{VARIABLE}={}: no such file, and no folder with {names}: correct or unset it",
+                        "{VARIABLE}={}: no such file, and no folder with {names}: correct or \
+                         unset it",
                         place.to_string_lossy()
                     )));
                 }
@@ -156,8 +157,10 @@ impl Denoiser {
             }
         }
         Err(Error::Usage(format!(
-            "Open Image Denoise cannot be opened ({}): install version 2 (its own release, the package libopenimagedenoise2 of a distribution, or the \
-             Python package pyoidn) and name its file or folder in {VARIABLE} when the system does not find it, or render without --denoise",
+            "Open Image Denoise cannot be opened ({}): install version 2 (its own release, the \
+             package libopenimagedenoise2 of a distribution, or the \
+             Python package pyoidn) and name its file or folder in {VARIABLE} when the system \
+             does not find it, or render without --denoise",
             reasons.join("; ")
         )))
     }

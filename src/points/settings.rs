@@ -6,7 +6,8 @@ use super::Density;
 use crate::error::{Error, Result};
 
 /// What keeps surfaces behind one another from being counted twice.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Overlap {
     /// A raster of the hemisphere around every receiver, filled from near to far.
@@ -20,7 +21,8 @@ pub enum Overlap {
 }
 
 /// How occlusion falls off with distance.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum FalloffMode {
     /// exp(−falloff · distance).
@@ -31,7 +33,8 @@ pub enum FalloffMode {
 }
 
 /// Which sides of elements are there.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum HitSides {
     /// Both.
@@ -44,7 +47,8 @@ pub enum HitSides {
 }
 
 /// Where the light on the elements comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum RadiositySource {
     /// Direct light and bounces gathered from the elements themselves.

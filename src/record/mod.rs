@@ -1,7 +1,8 @@
 //! Pass 1: what the camera sees, and the points that need indirect light.
 //!
 //! ```text
-//! pixel = mean over camera samples of [ seen emission + albedo · (direct irradiance + E(point of the sample)) / π ]
+//! pixel = mean over camera samples of
+//!         [ seen emission + albedo · (direct irradiance + E(point of the sample)) / π ]
 //! ```
 //! Camera samples (`spp` a pixel, drawn by the pixel filter) carry visibility, albedo and direct
 //! light. Indirect irradiance E is evaluated at **shading points**: the samples of one pixel that

@@ -24,7 +24,8 @@ use crate::run::Run;
 use crate::scene::{Camera, Fingerprint, Scene};
 
 /// What frames share.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Reuse {
     /// Everything is made for all frames beforehand: nothing appears in the middle of the film.

@@ -1,6 +1,7 @@
 //! Small scenes made in code.
 
 pub mod browser;
+pub mod source;
 
 use glam::Vec3;
 use nearfar::accel::Backend;

@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use super::fill::Cache;
+use super::hemisphere::Site;
 use super::interpolate::interpolate;
-use super::measure::{Derivatives, measure};
+use super::measure::{Derivatives, MeasureSettings, measure};
 use super::settings::CacheSettings;
 use crate::error::Result;
 use crate::film::Layer;
@@ -52,17 +53,9 @@ pub fn fill_and_interpolate(
     // Few or none: points that no record reaches, measured by themselves.
     let own = |i: usize| {
         let (p, ng, ns) = (points.p[i], points.ng[i], points.ns[i]);
-        let measured = measure(
-            world,
-            stage.proxy(),
-            p,
-            ng,
-            ns,
-            settings.rays,
-            Derivatives::None,
-            seed,
-            i as u64,
-        );
+        let site = Site { p, ng, ns, seed, element: i as u64 };
+        let settings = MeasureSettings::new(settings.rays, Derivatives::None);
+        let measured = measure(world, stage.proxy(), &site, &settings);
         run.rays.add(RayKind::Sample, u64::from(measured.rays));
         measured.irradiance
     };

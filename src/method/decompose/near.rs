@@ -21,33 +21,31 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
-use wide::f32x8;
 
 use super::near_sets::{SetEntry, TESTS};
+use crate::ffi::lanes::{self, Eight, Kernel, Lanes};
 use crate::math::{Aabb, Ray};
 use crate::photon::Proxy;
 use crate::radiometry::Rgb;
 use crate::sampling::{Rng, sample_triangle};
-use crate::sh::{MOMENTS, ShRgb, moments8};
+use crate::sh::{MOMENTS, ShRgb, cross, dot, moments8};
 use crate::shading::World;
-
-type F = f32x8;
 
 /// Eight cells.
 #[derive(Clone, Debug)]
 struct Block {
-    corners: [[F; 3]; 3],
-    centroid: [F; 3],
+    corners: [[Eight; 3]; 3],
+    centroid: [Eight; 3],
     /// Radiosity over π of the front and the back.
-    front: [F; 3],
-    back: [F; 3],
+    front: [Eight; 3],
+    back: [Eight; 3],
     /// Cell of each lane; lanes past the last cell repeat it.
     ids: [u32; 8],
     /// Lane mask: the back does not exist.
-    one_sided: F,
+    one_sided: Eight,
     /// Fraction of the cell that exists (masks); 0 in lanes without a cell (the last block may be
     /// short).
-    coverage: F,
+    coverage: Eight,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -84,13 +82,27 @@ pub struct NearSum {
     pub rays: u32,
 }
 
-impl NearSum {
-    fn close(&mut self, moments: &[F; MOMENTS], sent: [F; 3]) {
-        for (total, lanes) in self.moments.iter_mut().zip(moments) {
-            *total = lanes.reduce_add();
+/// Sums over lanes as they grow.
+struct Growing<L> {
+    moments: [L; MOMENTS],
+    sent: [L; 3],
+    out: NearSum,
+}
+
+impl<L: Lanes> Growing<L> {
+    #[inline(always)]
+    fn new() -> Self {
+        Self { moments: [L::ZERO; MOMENTS], sent: [L::ZERO; 3], out: NearSum::default() }
+    }
+    #[inline(always)]
+    fn close(mut self) -> NearSum {
+        for (total, lanes) in self.out.moments.iter_mut().zip(self.moments) {
+            *total = lanes.sum();
         }
-        self.sent = Rgb::from_array(sent.map(f32x8::reduce_add));
-        self.form_factor = self.moments[0] * std::f32::consts::FRAC_1_PI;
+        let [r, g, b] = self.sent;
+        self.out.sent = Rgb::new(r.sum(), g.sum(), b.sum());
+        self.out.form_factor = self.out.moments[0] * std::f32::consts::FRAC_1_PI;
+        self.out
     }
 }
 
@@ -216,7 +228,7 @@ impl NearTree {
                 stack.extend([node.link, index + 1]);
             } else {
                 let block = &self.blocks[(node.link & !LEAF) as usize];
-                let lanes = block.coverage.simd_gt(F::ZERO).to_bitmask().trailing_ones() as usize;
+                let lanes = block.coverage.0.iter().take_while(|c| **c > 0.0).count();
                 visit(node.link & !LEAF, &block.ids[..lanes]);
             }
         }
@@ -231,159 +243,27 @@ impl NearTree {
         query: &NearQuery<'_>,
         rng: &mut Rng,
     ) -> NearSum {
-        let mut out = NearSum::default();
-        let mut moments = [F::ZERO; MOMENTS];
-        let mut sent = [F::ZERO; 3];
-        for entry in entries {
-            self.add_block(
-                &self.blocks[entry.block as usize],
-                x,
-                n,
-                query,
-                Some(entry),
-                rng,
-                &mut moments,
-                &mut sent,
-                &mut out,
-            );
-        }
-        out.close(&moments, sent);
-        out
+        lanes::run(Summing { tree: self, x, n, query, entries: Some(entries), rng })
     }
 
     /// Sum over the near cells of `x` with unit normal `n`; `rng` feeds the Monte Carlo integral.
     pub fn sum(&self, x: Vec3, n: Vec3, query: &NearQuery<'_>, rng: &mut Rng) -> NearSum {
-        let mut out = NearSum::default();
         if self.nodes.is_empty() || query.alpha <= 0.0 {
-            return out;
+            return NearSum::default();
         }
-        let mut moments = [F::ZERO; MOMENTS];
-        let mut sent = [F::ZERO; 3];
-        let alpha2 = query.alpha * query.alpha;
-        let mut stack = [0u32; 64];
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let index = stack[depth];
-            let node = &self.nodes[index as usize];
-            let outside = (node.bounds.min - x).max(x - node.bounds.max).max(Vec3::ZERO);
-            let highest = Vec3::select(n.cmpge(Vec3::ZERO), node.bounds.max, node.bounds.min) - x;
-            if outside.length_squared() >= alpha2 || highest.dot(n) <= self.plane_tolerance {
-                continue;
-            }
-            if node.link & LEAF == 0 {
-                stack[depth] = node.link;
-                stack[depth + 1] = index + 1;
-                depth += 2;
-            } else {
-                self.add_block(
-                    &self.blocks[(node.link & !LEAF) as usize],
-                    x,
-                    n,
-                    query,
-                    None,
-                    rng,
-                    &mut moments,
-                    &mut sent,
-                    &mut out,
-                );
-            }
-        }
-        out.close(&moments, sent);
-        out
+        lanes::run(Summing { tree: self, x, n, query, entries: None, rng })
     }
 
-    fn add_block(
-        &self,
-        block: &Block,
-        x: Vec3,
-        n: Vec3,
-        query: &NearQuery<'_>,
-        set: Option<&SetEntry>,
-        rng: &mut Rng,
-        moments: &mut [F; MOMENTS],
-        sent: &mut [F; 3],
-        out: &mut NearSum,
-    ) {
-        let x8 = x.to_array().map(F::splat);
-        let n8 = n.to_array().map(F::splat);
-        let to_centroid: [F; 3] = std::array::from_fn(|k| block.centroid[k] - x8[k]);
-        let distance = dot(to_centroid, to_centroid).sqrt();
-        let m = if query.alpha == f32::INFINITY {
-            F::ONE
-        } else {
-            let t = ((F::splat(query.alpha) - distance) * F::splat(4.0 / query.alpha))
-                .fast_max(F::ZERO)
-                .fast_min(F::ONE);
-            t * t * (F::splat(3.0) - t - t)
-        };
-        let mut v: [[F; 3]; 3] =
-            std::array::from_fn(|c| std::array::from_fn(|k| block.corners[c][k] - x8[k]));
-        let height = v.map(|c| dot(c, n8));
-        let tolerance = F::splat(self.plane_tolerance);
-        let reaches = height[0].fast_max(height[1]).fast_max(height[2]).simd_gt(tolerance);
-        let normal = cross(
-            std::array::from_fn(|k| v[1][k] - v[0][k]),
-            std::array::from_fn(|k| v[2][k] - v[0][k]),
-        );
-        let det = dot(normal, v[0]);
-        let back = det.simd_gt(F::ZERO);
-        let apart = det.abs().simd_gt(tolerance * dot(normal, normal).sqrt());
-        let mut m = m * block.coverage;
-        if let Some(set) = set {
-            m *= F::from(set.share.map(|s| f32::from(s) / f32::from(TESTS)));
-        }
-        let mut active = m.simd_gt(F::ZERO) & reaches & apart & !(back & block.one_sided);
-        if !active.any() {
-            return;
-        }
-        if let Some(world) = query.trace.filter(|_| set.is_none()) {
-            active &= self.visible(world, block, active, x, out);
-            if !active.any() {
-                return;
+    fn visible(&self, world: &World, block: &Block, active: u32, x: Vec3, rays: &mut u32) -> Eight {
+        Eight::mask(|i| {
+            if active >> i & 1 == 0 {
+                return false;
             }
-        }
-        // Wind every triangle clockwise as seen from x, so that the moments come out positive.
-        let [_, second, third] = &mut v;
-        for (a, b) in second.iter_mut().zip(third) {
-            (*a, *b) = (back.bitselect(*a, *b), back.bitselect(*b, *a));
-        }
-        let mut weight = active & m;
-        let found = moments8(&v, n);
-        if let (Some(world), Some(set), Some((field, tolerance))) =
-            (query.trace, set, query.flagged)
-        {
-            weight *=
-                settle(world, block, set, weight * found[0], back, x, field, tolerance, rng, out);
-        }
-        for (sum, moment) in moments.iter_mut().zip(found) {
-            *sum = weight.mul_add(moment, *sum);
-        }
-        let weighted_g = weight * found[0];
-        for (sum, (from_back, from_front)) in
-            sent.iter_mut().zip(block.back.iter().zip(&block.front))
-        {
-            *sum = weighted_g.mul_add(back.bitselect(*from_back, *from_front), *sum);
-        }
-        out.cells += active.to_bitmask().count_ones();
-        if let Some((field, samples)) = query.monte_carlo {
-            out.covered += monte_carlo(block, active, weighted_g, x, n, field, samples, rng);
-        }
-    }
-
-    fn visible(&self, world: &World, block: &Block, active: F, x: Vec3, out: &mut NearSum) -> F {
-        let centroid = block.centroid.map(|c| c.to_array());
-        let lanes = active.to_bitmask();
-        let mask = std::array::from_fn(|i| {
-            if lanes >> i & 1 == 0 {
-                return 0.0;
-            }
-            out.rays += 1;
-            let target = Vec3::new(centroid[0][i], centroid[1][i], centroid[2][i]);
+            *rays += 1;
+            let target = lane(&block.centroid, i);
             let ray = Ray { t_max: 1.0 - 1e-3, ..Ray::new(x, target - x) };
-            f32::from_bits(if world.rays.occluded(&ray) { 0 } else { u32::MAX })
-        });
-        F::from(mask)
+            !world.rays.occluded(&ray)
+        })
     }
 
     /// Memory held, bytes.
@@ -392,103 +272,227 @@ impl NearTree {
     }
 }
 
-/// Factor of each lane: 1, or where a cell seen in part matters, 0 or the inverse of its share by a
-/// ray to a random place on it.
-fn settle(
-    world: &World,
-    block: &Block,
-    set: &SetEntry,
-    weighted_g: F,
-    back: F,
-    x: Vec3,
-    field: &ShRgb,
-    tolerance: f32,
-    rng: &mut Rng,
-    out: &mut NearSum,
-) -> F {
-    let g = weighted_g.to_array();
-    let back = back.to_bitmask();
-    let lane = |k: [F; 3], i: usize| Vec3::from_array(k.map(|c| c.to_array()[i]));
-    F::from(std::array::from_fn::<f32, 8, _>(|i| {
-        let share = set.share[i];
-        if share == 0 || share == TESTS || g[i] <= 0.0 {
-            return 1.0;
-        }
-        let w = (lane(block.centroid, i) - x).normalize_or(Vec3::Y);
-        let sent = Rgb::from(
-            lane(if back >> i & 1 == 1 { block.back } else { block.front }, i).to_array(),
-        );
-        if ((sent - field.radiance(w)) * g[i]).abs().element_sum() <= 3.0 * tolerance {
-            return 1.0;
-        }
-        out.rays += 1;
-        let [a, b, c] = block.corners.map(|k| lane(k, i));
-        let uv = sample_triangle(rng.next_2d());
-        let to = a + (b - a) * uv.x + (c - a) * uv.y - x;
-        if world.rays.occluded(&Ray { t_max: 1.0 - 1e-3, ..Ray::new(x, to) }) {
-            0.0
-        } else {
-            f32::from(TESTS) / f32::from(share)
-        }
-    }))
-}
-
-/// Σ over lanes of (m G) · mean of the field over random points of the cell, weighted by their
-/// share of G.
-fn monte_carlo(
-    block: &Block,
-    active: F,
-    weighted_g: F,
+/// The near sum at one point, over what the tree finds or over given blocks.
+struct Summing<'a> {
+    tree: &'a NearTree,
     x: Vec3,
     n: Vec3,
-    field: &ShRgb,
-    samples: u32,
-    rng: &mut Rng,
-) -> Rgb {
-    let corners = block.corners.map(|c| c.map(|k| k.to_array()));
-    let g = weighted_g.to_array();
-    let lanes = active.to_bitmask();
-    let mut sum = Rgb::ZERO;
-    for i in (0..8).filter(|i| lanes >> i & 1 == 1) {
-        let [a, b, c] = corners.map(|k| Vec3::new(k[0][i], k[1][i], k[2][i]));
-        let normal = (b - a).cross(c - a);
-        let (mut mean, mut total) = (Rgb::ZERO, 0.0);
-        for _ in 0..samples {
-            let uv = sample_triangle(rng.next_2d());
-            let d = a + (b - a) * uv.x + (c - a) * uv.y - x;
-            let r2 = d.length_squared().max(1e-20);
-            let w = d / r2.sqrt();
-            let share = n.dot(w).max(0.0) * normal.dot(w).abs() / r2;
-            mean += field.radiance(w) * share;
-            total += share;
-        }
-        if total > 0.0 {
-            sum += mean * (g[i] / total);
-        }
-    }
-    sum
+    query: &'a NearQuery<'a>,
+    entries: Option<&'a [SetEntry]>,
+    rng: &'a mut Rng,
 }
 
-fn dot(a: [F; 3], b: [F; 3]) -> F {
-    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+impl Kernel for Summing<'_> {
+    type Output = NearSum;
+    #[inline(always)]
+    fn run<L: Lanes>(mut self) -> NearSum {
+        let mut sums = Growing::<L>::new();
+        let Some(entries) = self.entries else {
+            self.walk(&mut sums);
+            return sums.close();
+        };
+        for entry in entries {
+            let block = &self.tree.blocks[entry.block as usize];
+            self.add_block(block, Some(entry), &mut sums);
+        }
+        sums.close()
+    }
 }
-fn cross(a: [F; 3], b: [F; 3]) -> [F; 3] {
-    [
-        a[1].mul_sub(b[2], a[2] * b[1]),
-        a[2].mul_sub(b[0], a[0] * b[2]),
-        a[0].mul_sub(b[1], a[1] * b[0]),
-    ]
+
+impl Summing<'_> {
+    #[inline(always)]
+    fn walk<L: Lanes>(&mut self, sums: &mut Growing<L>) {
+        let (tree, x, n) = (self.tree, self.x, self.n);
+        let alpha2 = self.query.alpha * self.query.alpha;
+        let mut stack = [0u32; 64];
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let index = stack[depth];
+            let node = &tree.nodes[index as usize];
+            let outside = (node.bounds.min - x).max(x - node.bounds.max).max(Vec3::ZERO);
+            let highest = Vec3::select(n.cmpge(Vec3::ZERO), node.bounds.max, node.bounds.min) - x;
+            if outside.length_squared() >= alpha2 || highest.dot(n) <= tree.plane_tolerance {
+                continue;
+            }
+            if node.link & LEAF == 0 {
+                stack[depth] = node.link;
+                stack[depth + 1] = index + 1;
+                depth += 2;
+            } else {
+                self.add_block(&tree.blocks[(node.link & !LEAF) as usize], None, sums);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_block<L: Lanes>(
+        &mut self,
+        block: &Block,
+        set: Option<&SetEntry>,
+        sums: &mut Growing<L>,
+    ) {
+        let (x, query) = (self.x, self.query);
+        let x8 = [L::splat(x.x), L::splat(x.y), L::splat(x.z)];
+        let n8 = [L::splat(self.n.x), L::splat(self.n.y), L::splat(self.n.z)];
+        let to_centroid = from(&block.centroid, x8);
+        let distance = dot(to_centroid, to_centroid).sqrt();
+        let m = if query.alpha == f32::INFINITY {
+            L::ONE
+        } else {
+            let t = ((L::splat(query.alpha) - distance) * L::splat(4.0 / query.alpha))
+                .max(L::ZERO)
+                .min(L::ONE);
+            t * t * (L::splat(3.0) - t - t)
+        };
+        let [a, b, c] = &block.corners;
+        let (a, b, c) = (from(a, x8), from(b, x8), from(c, x8));
+        let tolerance = L::splat(self.tree.plane_tolerance);
+        let reaches = dot(a, n8).max(dot(b, n8)).max(dot(c, n8)).gt(tolerance);
+        let normal = cross(less(b, a), less(c, a));
+        let det = dot(normal, a);
+        let back = det.gt(L::ZERO);
+        let apart = det.abs().gt(tolerance * dot(normal, normal).sqrt());
+        let mut m = m * L::load(&block.coverage);
+        if let Some(set) = set {
+            let share = Eight(set.share.map(|s| f32::from(s) / f32::from(TESTS)));
+            m *= L::load(&share);
+        }
+        let one_sided = L::load(&block.one_sided);
+        let mut active = m.gt(L::ZERO) & reaches & apart & !(back & one_sided);
+        if !active.any() {
+            return;
+        }
+        if let Some(world) = query.trace.filter(|_| set.is_none()) {
+            let lanes = active.to_bitmask();
+            let seen = self.tree.visible(world, block, lanes, x, &mut sums.out.rays);
+            active &= L::load(&seen);
+            if !active.any() {
+                return;
+            }
+        }
+        // Wind every triangle clockwise as seen from x, so that the moments come out positive.
+        let v = [a, choose(back, b, c), choose(back, c, b)];
+        let mut weight = active & m;
+        let found = moments8(&v, self.n);
+        if let (Some(world), Some(set), Some((field, tolerance))) =
+            (query.trace, set, query.flagged)
+        {
+            let g = (weight * found[0]).store();
+            let seen = Seen { block, g: &g, back: back.to_bitmask(), x, rays: &mut sums.out.rays };
+            weight *= L::load(&seen.settle(world, set, field, tolerance, self.rng));
+        }
+        for (sum, moment) in sums.moments.iter_mut().zip(found) {
+            *sum = weight.mul_add(moment, *sum);
+        }
+        let weighted_g = weight * found[0];
+        for (sum, (from_back, from_front)) in
+            sums.sent.iter_mut().zip(block.back.iter().zip(&block.front))
+        {
+            let sent = back.select(L::load(from_back), L::load(from_front));
+            *sum = weighted_g.mul_add(sent, *sum);
+        }
+        let lanes = active.to_bitmask();
+        sums.out.cells += lanes.count_ones();
+        if let Some((field, samples)) = query.monte_carlo {
+            let g = weighted_g.store();
+            let seen = Seen { block, g: &g, back: lanes, x, rays: &mut sums.out.rays };
+            sums.out.covered += seen.monte_carlo(lanes, self.n, field, samples, self.rng);
+        }
+    }
+}
+
+/// Lane `i` of three components.
+fn lane(v: &[Eight; 3], i: usize) -> Vec3 {
+    Vec3::new(v[0].0[i], v[1].0[i], v[2].0[i])
+}
+/// Places relative to `x`.
+#[inline(always)]
+fn from<L: Lanes>(places: &[Eight; 3], x: [L; 3]) -> [L; 3] {
+    less([L::load(&places[0]), L::load(&places[1]), L::load(&places[2])], x)
+}
+#[inline(always)]
+fn less<L: Lanes>(a: [L; 3], b: [L; 3]) -> [L; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+#[inline(always)]
+fn choose<L: Lanes>(mask: L, yes: [L; 3], no: [L; 3]) -> [L; 3] {
+    [mask.select(yes[0], no[0]), mask.select(yes[1], no[1]), mask.select(yes[2], no[2])]
+}
+
+/// A block as seen from `x`, with the weighted G of its lanes.
+struct Seen<'a> {
+    block: &'a Block,
+    g: &'a Eight,
+    back: u32,
+    x: Vec3,
+    rays: &'a mut u32,
+}
+
+impl Seen<'_> {
+    /// Factor of each lane: 1, or where a cell seen in part matters, 0 or the inverse of its share
+    /// by a ray to a random place on it.
+    fn settle(
+        self,
+        world: &World,
+        set: &SetEntry,
+        field: &ShRgb,
+        tolerance: f32,
+        rng: &mut Rng,
+    ) -> Eight {
+        let Self { block, g, back, x, rays } = self;
+        Eight::from_fn(|i| {
+            let share = set.share[i];
+            if share == 0 || share == TESTS || g.0[i] <= 0.0 {
+                return 1.0;
+            }
+            let w = (lane(&block.centroid, i) - x).normalize_or(Vec3::Y);
+            let side = if back >> i & 1 == 1 { &block.back } else { &block.front };
+            let sent = Rgb::from(lane(side, i).to_array());
+            if ((sent - field.radiance(w)) * g.0[i]).abs().element_sum() <= 3.0 * tolerance {
+                return 1.0;
+            }
+            *rays += 1;
+            let [a, b, c] = block.corners.each_ref().map(|k| lane(k, i));
+            let uv = sample_triangle(rng.next_2d());
+            let to = a + (b - a) * uv.x + (c - a) * uv.y - x;
+            if world.rays.occluded(&Ray { t_max: 1.0 - 1e-3, ..Ray::new(x, to) }) {
+                0.0
+            } else {
+                f32::from(TESTS) / f32::from(share)
+            }
+        })
+    }
+
+    /// Σ over the lanes of (m G) · mean of the field over random points of the cell, weighted by
+    /// their share of G.
+    fn monte_carlo(self, lanes: u32, n: Vec3, field: &ShRgb, samples: u32, rng: &mut Rng) -> Rgb {
+        let Self { block, g, x, .. } = self;
+        let mut sum = Rgb::ZERO;
+        for i in (0..8).filter(|i| lanes >> i & 1 == 1) {
+            let [a, b, c] = block.corners.each_ref().map(|k| lane(k, i));
+            let normal = (b - a).cross(c - a);
+            let (mut mean, mut total) = (Rgb::ZERO, 0.0);
+            for _ in 0..samples {
+                let uv = sample_triangle(rng.next_2d());
+                let d = a + (b - a) * uv.x + (c - a) * uv.y - x;
+                let r2 = d.length_squared().max(1e-20);
+                let w = d / r2.sqrt();
+                let share = n.dot(w).max(0.0) * normal.dot(w).abs() / r2;
+                mean += field.radiance(w) * share;
+                total += share;
+            }
+            if total > 0.0 {
+                sum += mean * (g.0[i] / total);
+            }
+        }
+        sum
+    }
 }
 
 fn block(proxy: Proxy<'_>, ids: &[u32]) -> Block {
     let id = |lane: usize| ids[lane.min(ids.len() - 1)];
-    let lanes =
-        |f: &dyn Fn(u32) -> f32| F::from(std::array::from_fn::<f32, 8, _>(|lane| f(id(lane))));
-    let mask = |f: &dyn Fn(usize) -> bool| {
-        F::from(std::array::from_fn::<f32, 8, _>(|lane| {
-            f32::from_bits(if f(lane) { u32::MAX } else { 0 })
-        }))
-    };
+    let lanes = |f: &dyn Fn(u32) -> f32| Eight::from_fn(|lane| f(id(lane)));
     let side = |s| {
         std::array::from_fn(|k| {
             lanes(&|c| proxy.radiosity.get(c, s)[k] * std::f32::consts::FRAC_1_PI)
@@ -502,10 +506,10 @@ fn block(proxy: Proxy<'_>, ids: &[u32]) -> Block {
         centroid: std::array::from_fn(|k| lanes(&|c| proxy.cells.centroids[c as usize][k])),
         front: side(crate::tessellate::Side::Front),
         back: side(crate::tessellate::Side::Back),
-        one_sided: mask(&|lane| proxy.cells.one_sided[id(lane) as usize]),
-        coverage: F::from(std::array::from_fn::<f32, 8, _>(|lane| {
+        one_sided: Eight::mask(|lane| proxy.cells.one_sided[id(lane) as usize]),
+        coverage: Eight::from_fn(|lane| {
             if lane < ids.len() { proxy.radiosity.coverage(id(lane)) } else { 0.0 }
-        })),
+        }),
     }
 }
 
