@@ -20,13 +20,6 @@ fn model_of(film: Film) -> Rendered {
     Rendered { film, statistics, locations: Locations::default() }
 }
 
-fn certificate(found: &Rendered) -> Certificate {
-    match &found.statistics {
-        MethodStatistics::Converged { converge, .. } => converge.certificate.unwrap(),
-        other => panic!("{other:?}"),
-    }
-}
-
 fn room(width: u32, height: u32) -> Scene {
     let mut scene = small_room();
     (scene.camera.width, scene.camera.height) = (width, height);
@@ -48,10 +41,16 @@ fn model(truth: &Film, change: impl Fn(usize, Rgb) -> Rgb) -> Film {
     film
 }
 
-fn converge(world: &World, model: &Film, settings: &ConvergeSettings, seed: u64) -> Rendered {
+/// The converged picture, and its certificate where there is one.
+fn converge(
+    world: &World,
+    model: &Film,
+    settings: &ConvergeSettings,
+    seed: u64,
+) -> (Film, Option<Certificate>) {
     let run = Run::new(2).unwrap();
     let start = model_of(model.clone());
-    render(
+    let (found, figures) = render(
         start,
         settings,
         &mut |half, earlier, spp| {
@@ -59,7 +58,8 @@ fn converge(world: &World, model: &Film, settings: &ConvergeSettings, seed: u64)
         },
         &run,
     )
-    .unwrap()
+    .unwrap();
+    (found.film, figures.certificate)
 }
 
 fn relmse(film: &Film, truth: &Film) -> f64 {
@@ -82,7 +82,7 @@ fn worst_z(size: u32, truth_spp: u32, seeds: u64, change: impl Fn(usize, Rgb) ->
     let (mut sum, mut square) = (vec![0.0f64; count], vec![0.0f64; count]);
     for seed in 0..seeds {
         for (i, c) in
-            converge(&world, &model, &settings, seed).film.rgb("").unwrap().iter().enumerate()
+            converge(&world, &model, &settings, seed).0.rgb("").unwrap().iter().enumerate()
         {
             sum[i] += f64::from(c.y);
             square[i] += f64::from(c.y).powi(2);
@@ -138,13 +138,13 @@ fn error_falls_stays_below_both_and_is_certified() {
                 3,
             )
         };
-        let (found, plain) = (at(Weight::Shrink), at(Weight::One));
-        let error = relmse(&found.film, &truth);
-        let best = model_error.min(relmse(&plain.film, &truth));
-        let claimed = certificate(&found).relmse;
+        let ((found, certificate), (plain, _)) = (at(Weight::Shrink), at(Weight::One));
+        let error = relmse(&found, &truth);
+        let best = model_error.min(relmse(&plain, &truth));
+        let claimed = certificate.unwrap().relmse;
         eprintln!(
             "{spp} spp: {error:.5}, certified {claimed:.5}; model {model_error:.5}, path {:.5}",
-            relmse(&plain.film, &truth)
+            relmse(&plain, &truth)
         );
         assert!(error < 1.25 * best, "{spp} spp: {error} against {best}");
         if spp > 8 {
@@ -165,7 +165,7 @@ fn a_cancelled_run_is_the_model() {
     let film = trace(&world, 1, 4, None, &run);
     run.cancel_flag().store(true, std::sync::atomic::Ordering::SeqCst);
     let start = model_of(film.clone());
-    let kept =
+    let (kept, _) =
         render(start, &ConvergeSettings::default(), &mut |_, _, _| unreachable!(), &run).unwrap();
     assert_eq!(kept.film.rgb(""), film.rgb(""));
 }

@@ -15,7 +15,7 @@ use crate::config::parse_value;
 use crate::denoise::Denoise;
 use crate::error::{Error, Result};
 use crate::film;
-use crate::method::{Method, MethodStatistics, photon_map};
+use crate::method::{Method, photon_map};
 use crate::render::{Kept, Rendered, Renderer};
 
 /// Options of `nearfar render`.
@@ -151,7 +151,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     let renderer = Renderer::new(&job.scene, &job.config, &job.run)?;
     let kept = Kept { load: args.load_cache.clone(), save: args.save_cache.clone() };
     let rendered = renderer.render_keeping(args.method, &kept)?;
-    if let MethodStatistics::Converged { converge, .. } = &rendered.statistics.of_method
+    if let Some(converge) = &rendered.statistics.of_picture.converge
         && !job.quiet
     {
         eprintln!("note: {converge}");

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{cache, converge, decompose, gather, local_correction, path, photon_map, points};
+use super::{cache, decompose, gather, local_correction, path, photon_map, points};
 
 /// What a method tells of its picture.
 #[derive(Clone, Debug, Serialize)]
@@ -24,13 +24,4 @@ pub enum MethodStatistics {
     PhotonMap(photon_map::PhotonMapStatistics),
     /// Of a method that counts nothing: direct light.
     Direct {},
-    /// A picture brought towards the truth: the model's figures and the certificate's.
-    Converged {
-        /// The model.
-        #[serde(flatten)]
-        model: Box<MethodStatistics>,
-        /// Samples and certificate.
-        #[serde(flatten)]
-        converge: converge::ConvergeStatistics,
-    },
 }

@@ -35,7 +35,7 @@ pub use flight::{Flight, Frame, Reuse};
 pub use header::describe;
 pub use kept::Kept;
 pub use renderer::{Rendered, Renderer};
-pub use statistics::{RunStatistics, Statistics};
+pub use statistics::{OfPicture, RunStatistics, Statistics};
 pub use view::{CAMERA_INSIDE_WALL, camera_inside_wall};
 
 use crate::config::RenderConfig;

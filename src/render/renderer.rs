@@ -3,13 +3,14 @@
 use super::dispatch::picture;
 use super::header;
 use super::kept::Kept;
-use super::statistics::Statistics;
+use super::statistics::{OfPicture, Statistics};
 use super::view::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::config::RenderConfig;
 use crate::denoise::{Parts, denoise};
 use crate::error::{Error, Result};
 use crate::ffi::oidn::Denoiser;
 use crate::film::Film;
+use crate::method::converge::ConvergeStatistics;
 use crate::method::locations::Locations;
 use crate::method::path::{self, PathSettings};
 use crate::method::{self, Method, converge};
@@ -103,10 +104,12 @@ impl<'a> Renderer<'a> {
             return Err(Error::setting("converge.enabled", message));
         }
         let mut found = picture(self, method, kept)?;
+        let mut converge = None;
         if converging {
-            found = self.converged(found)?;
+            let (picture, figures) = self.converged(found)?;
+            (found, converge) = (picture, Some(figures));
         }
-        self.finished(method, found)
+        self.finished(method, found, converge)
     }
 
     /// The ground truth: path tracing in two independent halves, going on from `earlier` as if it
@@ -117,11 +120,11 @@ impl<'a> Renderer<'a> {
     pub fn reference(&self, earlier: Option<&Film>, keep_state: bool) -> Result<Rendered> {
         let Self { config, run, world, .. } = self;
         let found = path::reference(world, &config.path, config.seed, run, earlier, keep_state)?;
-        self.finished(Method::Path, found)
+        self.finished(Method::Path, found, None)
     }
 
     /// Path-traced halves of independent seeds bring the method's picture towards the truth.
-    fn converged(&self, model: method::Rendered) -> Result<method::Rendered> {
+    fn converged(&self, model: method::Rendered) -> Result<(method::Rendered, ConvergeStatistics)> {
         let Self { config, run, world, .. } = self;
         let mut sample = |half: usize, earlier: Option<&Film>, spp: u32| {
             let settings = PathSettings { spp, target_error: 0.0, ..config.path.clone() };
@@ -132,7 +135,12 @@ impl<'a> Renderer<'a> {
     }
 
     /// Denoises, describes and counts.
-    fn finished(&self, method: Method, found: method::Rendered) -> Result<Rendered> {
+    fn finished(
+        &self,
+        method: Method,
+        found: method::Rendered,
+        converge: Option<ConvergeStatistics>,
+    ) -> Result<Rendered> {
         let method::Rendered { mut film, statistics, locations } = found;
         let denoiser = match &self.denoiser {
             Some(denoiser) => {
@@ -146,7 +154,8 @@ impl<'a> Renderer<'a> {
         if let Some(denoiser) = &denoiser {
             film.header.insert("nearfar.denoiser".into(), denoiser.clone());
         }
-        let statistics = Statistics::new(self, method, statistics, denoiser);
+        let statistics =
+            Statistics::new(self, method, OfPicture { of_method: statistics, converge, denoiser });
         Ok(Rendered { film, statistics, locations })
     }
 }

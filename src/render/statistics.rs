@@ -9,6 +9,7 @@ use serde_json::{Map, Value};
 
 use super::renderer::Renderer;
 use crate::accel::Backend;
+use crate::method::converge::ConvergeStatistics;
 use crate::method::{Method, MethodStatistics};
 use crate::process;
 use crate::run::{RayKind, Run};
@@ -28,15 +29,26 @@ pub struct Statistics {
     pub seed: u64,
     /// Triangles that rays see.
     pub triangles: usize,
-    /// What removed noise from the picture, if anything did.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub denoiser: Option<String>,
-    /// Figures of the method.
+    /// What belongs to the picture.
     #[serde(flatten)]
-    pub of_method: MethodStatistics,
+    pub of_picture: OfPicture,
     /// Rays, seconds and memory.
     #[serde(flatten)]
     pub of_run: RunStatistics,
+}
+
+/// What the steps that made the picture tell.
+#[derive(Clone, Debug, Serialize)]
+pub struct OfPicture {
+    /// Figures of the method.
+    #[serde(flatten)]
+    pub of_method: MethodStatistics,
+    /// Samples that brought the picture towards the truth, if any did.
+    #[serde(flatten)]
+    pub converge: Option<ConvergeStatistics>,
+    /// What removed noise from the picture, if anything did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denoiser: Option<String>,
 }
 
 /// Rays, seconds, memory and warnings of a run, of whatever it did.
@@ -74,12 +86,7 @@ impl RunStatistics {
 }
 
 impl Statistics {
-    pub(super) fn new(
-        renderer: &Renderer<'_>,
-        method: Method,
-        of_method: MethodStatistics,
-        denoiser: Option<String>,
-    ) -> Self {
+    pub(super) fn new(renderer: &Renderer<'_>, method: Method, of_picture: OfPicture) -> Self {
         let (world, config) = (renderer.world(), renderer.config());
         Self {
             method,
@@ -88,8 +95,7 @@ impl Statistics {
             height: world.camera.height,
             seed: config.seed,
             triangles: world.geometry.len(),
-            denoiser,
-            of_method,
+            of_picture,
             of_run: RunStatistics::new(renderer.run()),
         }
     }

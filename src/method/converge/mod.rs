@@ -49,7 +49,7 @@ use std::time::Instant;
 
 use crate::error::{Error, Result};
 use crate::film::{Film, layer};
-use crate::method::{MethodStatistics, Rendered};
+use crate::method::Rendered;
 use crate::run::Run;
 
 /// How much of a band of the difference is kept.
@@ -153,7 +153,7 @@ pub fn render(
     settings: &ConvergeSettings,
     sample: &mut Sampler<'_>,
     run: &Run,
-) -> Result<Rendered> {
+) -> Result<(Rendered, ConvergeStatistics)> {
     settings.validate()?;
     let late = || run.cancelled() || run.deadline.is_some_and(|d| Instant::now() >= d);
     let mut halves: [Option<Film>; 2] = [None, None];
@@ -208,8 +208,7 @@ pub fn render(
             film.header.insert(format!("nearfar.converge.{name}"), format!("{value:e}"));
         }
     }
-    let statistics = MethodStatistics::Converged { model: Box::new(statistics), converge };
-    Ok(Rendered { film, statistics, locations })
+    Ok((Rendered { film, statistics, locations }, converge))
 }
 
 /// Both halves, once every pixel has both quarters of each.
