@@ -5,6 +5,7 @@ use std::process::Command;
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::compare::{Truth, errors};
 use nearfar::film::{Film, read_exr};
 use nearfar::method::decompose::near_boxes::NearBoxes;
 use nearfar::method::decompose::store::{Known, key, load, save};
@@ -14,6 +15,7 @@ use nearfar::method::decompose::{
 use nearfar::method::key::Key;
 use nearfar::method::stage::Inputs;
 use nearfar::photon::PhotonSettings;
+use nearfar::radiometry::Rgb;
 use nearfar::record::RecordSettings;
 use nearfar::run::Run;
 use nearfar::scene::{Camera, Fingerprint, Light, Mesh, Scene, Sides};
@@ -120,18 +122,14 @@ fn what_is_loaded_is_what_was_saved_and_gives_the_same_picture() {
     }
 }
 
-fn luminances(film: &Film) -> Vec<f32> {
-    film.rgb("irradiance").unwrap().iter().map(|c| c.element_sum() / 3.0).collect()
-}
-
-/// Relative mean squared difference and relative difference of the means.
-fn difference(a: &Film, b: &Film) -> (f32, f32) {
-    let (a, b) = (luminances(a), luminances(b));
-    let mean = b.iter().sum::<f32>() / b.len() as f32;
-    let square =
-        a.iter().zip(&b).map(|(a, b)| (a - b).powi(2) / (b * b + 0.01 * mean * mean)).sum::<f32>()
-            / a.len() as f32;
-    (square, a.iter().sum::<f32>() / b.iter().sum::<f32>() - 1.0)
+/// Relative mean squared difference and relative difference of the means of the irradiance.
+fn difference(a: &Film, b: &Film) -> (f64, f64) {
+    let grey = |film: &Film| -> Vec<Rgb> {
+        let layer = film.rgb("irradiance").unwrap();
+        layer.iter().map(|c| Rgb::splat(c.element_sum() / 3.0)).collect()
+    };
+    let e = errors(&grey(a), &Truth::exact(b.width, b.height, &grey(b)));
+    (e.relmse, e.bias)
 }
 
 #[test]
