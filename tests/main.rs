@@ -10,6 +10,7 @@ mod cli;
 mod conformance;
 mod converge;
 mod convergence;
+mod course;
 mod curves;
 mod decompose;
 mod denoise;
