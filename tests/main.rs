@@ -4,6 +4,7 @@
 mod architecture;
 mod bench;
 mod broken;
+mod budget;
 mod cache;
 mod cache_record;
 mod cli;

@@ -16,7 +16,7 @@
 
 use serde::Serialize;
 
-use super::metrics::{Errors, Halves, errors};
+use crate::compare::{Errors, Halves, errors};
 use crate::error::Result;
 use crate::method::decompose::far::{SampledClusters, sample};
 use crate::method::decompose::pass3::{Far, Near, Pass3, PointIrradiance};
