@@ -18,6 +18,7 @@ use crate::method::gather::GatherSettings;
 use crate::method::local_correction::LocalSettings;
 use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
+use crate::method::{Method, course};
 use crate::photon::PhotonSettings;
 use crate::points::PointsSettings;
 use crate::record::RecordSettings;
@@ -106,6 +107,19 @@ impl RenderConfig {
         self.record.validate()?;
         self.points.validate()?;
         self.local.validate()
+    }
+
+    /// The settings as `method` takes them in a scene of the given diagonal: the course decides
+    /// some itself.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a value that contradicts the method.
+    pub fn for_method(mut self, method: Method, diagonal: f32) -> Result<Self> {
+        if method == Method::Course {
+            (self.decompose, self.photon) =
+                course::as_written(&self.decompose, &self.photon, diagonal)?;
+        }
+        Ok(self)
     }
 
     /// What the methods start from, in a scene of the given diagonal. All of them get the cells

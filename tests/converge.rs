@@ -2,6 +2,7 @@
 //! honest about its error.
 
 use nearfar::accel::Backend;
+use nearfar::compare::{Truth, errors};
 use nearfar::film::Film;
 use nearfar::method::converge::{Certificate, ConvergeSettings, Weight, render};
 use nearfar::method::locations::Locations;
@@ -63,13 +64,8 @@ fn converge(
 }
 
 fn relmse(film: &Film, truth: &Film) -> f64 {
-    let (x, r) = (film.rgb("").unwrap(), truth.rgb("").unwrap());
-    let n = 3.0 * r.len() as f64;
-    let level = r.iter().map(|c| f64::from(c.element_sum())).sum::<f64>() / n;
-    let of = |x: f32, r: f32| {
-        (f64::from(x) - f64::from(r)).powi(2) / (f64::from(r).powi(2) + 0.01 * level * level)
-    };
-    x.iter().zip(&r).map(|(x, r)| (0..3).map(|c| of(x[c], r[c])).sum::<f64>()).sum::<f64>() / n
+    let exact = Truth::exact(truth.width, truth.height, &truth.rgb("").unwrap());
+    errors(&film.rgb("").unwrap(), &exact).relmse
 }
 
 /// Largest |z| over the pixels of the mean over seeds against the truth.

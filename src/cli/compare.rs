@@ -46,19 +46,23 @@ struct Json<'a> {
     octaves: Option<&'a Octaves>,
 }
 
+/// Standard errors that are printed: 19 of 20 figures lie within.
+const STATED: f64 = 2.0;
+
 fn print(found: &Comparison, octaves: Option<&Octaves>) {
     let e = &found.errors;
-    let relative = |v: f64, error: f64| format!("{v:.6} ± {error:.6}");
+    let relative = |v: f64, error: f64| format!("{v:.6} ± {:.6}", STATED * error);
     let line = |name: &str, value: &str| println!("{name:<22} {value}");
     line("relMSE", &relative(e.relmse, e.relmse_standard_error));
     let trimmed = relative(e.relmse_trimmed, e.relmse_trimmed_standard_error);
     line("relMSE without 0.1 %", &trimmed);
-    let percent = |v: f64, error: f64| format!("{:+.4} ± {:.4} %", 100.0 * v, 100.0 * error);
+    let percent =
+        |v: f64, error: f64| format!("{:+.4} ± {:.4} %", 100.0 * v, 100.0 * STATED * error);
     line("bias", &percent(e.bias, e.bias_standard_error));
-    line("MSE", &format!("{:.6e} ± {:.1e}", e.mse, e.mse_standard_error));
+    line("MSE", &format!("{:.6e} ± {:.1e}", e.mse, STATED * e.mse_standard_error));
     let against = if found.halves { ", against the cleaned reference" } else { "" };
-    line("MAE", &format!("{:.6e} ± {:.1e}{against}", e.mae, e.mae_standard_error));
-    let (flip, error, stops) = (found.flip, found.flip_standard_error, found.exposure);
+    line("MAE", &format!("{:.6e} ± {:.1e}{against}", e.mae, STATED * e.mae_standard_error));
+    let (flip, error, stops) = (found.flip, STATED * found.flip_standard_error, found.exposure);
     line("FLIP", &format!("{flip:.4} ± {error:.4} at {stops:+.2} stops{against}"));
     if e.non_finite > 0 {
         line("not finite", &format!("{} pixels, left out above", e.non_finite));
@@ -66,11 +70,11 @@ fn print(found: &Comparison, octaves: Option<&Octaves>) {
     if let Some(octaves) = octaves {
         for b in &octaves.bands {
             let to = b.to.map_or("and above".to_owned(), |to| format!("to {to}"));
-            let error = b.standard_error.map_or(String::new(), |e| format!(" ± {e:.6}"));
+            let error = b.standard_error.map_or(String::new(), |e| format!(" ± {:.6}", STATED * e));
             line(&format!("  {} {to} pixels", b.from), &format!("{:.6}{error}", b.relmse));
         }
         if let Some(plain) = octaves.plain {
-            let error = octaves.plain_standard_error.unwrap_or(0.0) * 100.0;
+            let error = 100.0 * STATED * octaves.plain_standard_error.unwrap_or(0.0);
             let plain = 100.0 * plain;
             line("plain regions", &format!("{plain:.3} ± {error:.3} % in 4 to 32 pixels"));
         }
@@ -82,7 +86,7 @@ fn print(found: &Comparison, octaves: Option<&Octaves>) {
         None => "one image: its noise counts as error".to_owned(),
     };
     line("reference", &format!("{halves}; cleaned by {}", found.cleaned));
-    line("±", "one standard error over blocks of pixels, the reference's noise included");
+    line("±", "two standard errors over blocks of pixels, the reference's noise included");
 }
 
 /// # Errors

@@ -5,8 +5,9 @@
 //! bias   = mean(x − r) / m        MSE = mean of (x − half0)(x − half1)        MAE = mean |x − c|
 //! ```
 //! r is the reference, half0 and half1 its two independent halves, c the reference cleaned and m
-//! its mean ([`Truth`]). relMSE is given plain and without the 0.1 % of the pixels where
-//! (x − c)² / (c² + 0.01 m²) is largest.
+//! its mean; the division by c² + 0.01 m² is the mean of that by the two cleaned halves, and
+//! [`Truth`] says why. relMSE is given plain and without the 0.1 % of the pixels where (x − c)² /
+//! (c² + 0.01 m²) is largest.
 //!
 //! Guarantees  the product with the halves is free of the reference's noise: its expected value is
 //!             (x − r)² with the exact r. Single terms, and the figure of a very good picture, may

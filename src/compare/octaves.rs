@@ -6,7 +6,7 @@
 //!            octave, 32 and above, is level 32 itself. So the octaves sum to relMSE without the
 //!            0.1 % worst.
 //!            plain = root of the mean, over plain pixels and channels, of the product of both
-//!            halves' (x − half) / √(c² + 0.01 m²), each averaged over 4 × 4 and less its average
+//!            halves' (x − half) / √(c² + 0.01 m²) with that half's c, each averaged over 4 × 4 and less its average
 //!            over 32 × 32 pixels: the relative error of clouds of 4 to 32 pixels, which a person
 //!            sees as blotches. A pixel is plain where the standard deviation of ln(c + 0.02 m) (c
 //!            the mean of its channels) over 17 × 17 pixels is at most the median of the picture.
@@ -152,18 +152,17 @@ impl Judged<'_> {
     /// The error of one average; none where no pixel of it is finite.
     fn averaged(&self, f: usize, column: usize, row: usize) -> Option<f64> {
         let [a, b] = self.truth.pair();
-        let (mut n, mut d, mut e, mut c) = (0.0, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+        let (mut n, mut d, mut e, mut c) = (0.0, DVec3::ZERO, DVec3::ZERO, [DVec3::ZERO; 2]);
         for i in self.pixels(f, column, row).filter(|&i| self.finite(i)) {
             let x = self.image[i].as_dvec3();
             n += 1.0;
             d += x - a[i].as_dvec3();
             e += x - b[i].as_dvec3();
-            c += self.truth.clean[i].as_dvec3();
+            for (c, half) in c.iter_mut().zip(&self.truth.cleaned_halves) {
+                *c += half[i].as_dvec3();
+            }
         }
-        let floor = self.truth.denominator(c / n);
-        let square = d * e / (n * n);
-        let of = |k: usize| if square[k] == 0.0 { 0.0 } else { square[k] / floor[k] };
-        (n > 0.0).then(|| (0..3).map(of).sum::<f64>() / 3.0)
+        (n > 0.0).then(|| self.truth.relative_to(d * e / (n * n), c.map(|c| c / n)))
     }
 
     /// The figure of plain regions with its standard error.
@@ -172,12 +171,14 @@ impl Judged<'_> {
         if self.widest < large {
             return None;
         }
-        let clouds = self.truth.pair().map(|half| {
+        let halves = self.truth.pair();
+        let clouds = [0, 1].map(|k| {
+            let (half, clean) = (halves[k], &self.truth.cleaned_halves[k]);
             let relative = |i: usize| {
                 if !self.finite(i) {
                     return DVec3::ZERO;
                 }
-                let floor = self.truth.denominator(self.truth.clean[i].as_dvec3());
+                let floor = self.truth.denominator(clean[i].as_dvec3());
                 let d = self.image[i].as_dvec3() - half[i].as_dvec3();
                 DVec3::from_array(
                     [0, 1, 2].map(|k| if d[k] == 0.0 { 0.0 } else { d[k] / floor[k].sqrt() }),

@@ -1,8 +1,10 @@
-//! The methods, siblings that never import one another, and what they share: [`stage`] before
-//! them, [`Rendered`] after.
+//! The methods, siblings that never import one another (but for [`course`], which is
+//! [`decompose`] under settings of its own), and what they share: [`stage`] before them,
+//! [`Rendered`] after.
 
 pub mod cache;
 pub mod converge;
+pub mod course;
 pub mod decompose;
 pub mod direct;
 pub mod gather;
@@ -31,6 +33,8 @@ pub enum Method {
     /// Irradiance decomposition in three passes.
     #[default]
     Decomposition,
+    /// Irradiance decomposition as the course of 2007 has it, every step.
+    Course,
     /// Irradiance caching: few records, extrapolated and blended.
     IrradianceCache,
     /// Final gathering through the proxy at every point: what decomposition and caching can at
@@ -51,8 +55,9 @@ pub enum Method {
 
 impl Method {
     /// All methods.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Decomposition,
+        Self::Course,
         Self::IrradianceCache,
         Self::Gather,
         Self::Path,
@@ -66,6 +71,7 @@ impl Method {
     pub fn name(self) -> &'static str {
         match self {
             Self::Decomposition => "decomposition",
+            Self::Course => "course",
             Self::IrradianceCache => "irradiance-cache",
             Self::Gather => "gather",
             Self::Path => "path",
@@ -78,14 +84,14 @@ impl Method {
 
     /// Whether its work can be kept for later renders of the scene.
     pub fn keeps(self) -> bool {
-        matches!(self, Self::Decomposition | Self::IrradianceCache)
+        matches!(self, Self::Decomposition | Self::Course | Self::IrradianceCache)
     }
 
     /// The layers of its picture, beside the beauty.
     pub fn layers(self) -> Vec<Layer> {
         let with = |own: &[Layer]| record::LAYERS.iter().chain(own).copied().collect();
         match self {
-            Self::Decomposition => with(&decompose::LAYERS),
+            Self::Decomposition | Self::Course => with(&decompose::LAYERS),
             Self::IrradianceCache => with(&cache::LAYERS),
             Self::Points => with(&points::LAYERS),
             Self::Path => path::LAYERS.to_vec(),

@@ -2,6 +2,7 @@
 
 use super::kept::Kept;
 use super::renderer::Renderer;
+use crate::config::RenderConfig;
 use crate::error::Result;
 use crate::method::{
     Method, Rendered, cache, decompose, direct, gather, local_correction, path, photon_map, points,
@@ -9,13 +10,18 @@ use crate::method::{
 use crate::scene::Fingerprint;
 
 /// The method's own picture, before anything that all methods share is done to it.
-pub(super) fn picture(renderer: &Renderer<'_>, method: Method, kept: &Kept) -> Result<Rendered> {
+pub(super) fn picture(
+    renderer: &Renderer<'_>,
+    config: &RenderConfig,
+    method: Method,
+    kept: &Kept,
+) -> Result<Rendered> {
     kept.check(method)?;
-    let (world, config, run) = (renderer.world(), renderer.config(), renderer.run());
+    let (world, run) = (renderer.world(), renderer.run());
     let (seed, inputs) = (config.seed, config.inputs(world.diagonal));
     match method {
-        Method::Decomposition => decomposed(renderer, kept),
-        Method::IrradianceCache => cached(renderer, kept),
+        Method::Decomposition | Method::Course => decomposed(renderer, config, kept),
+        Method::IrradianceCache => cached(renderer, config, kept),
         Method::Gather => gather::render(world, &config.gather, inputs, run),
         Method::Path => path::render(world, &config.path, seed, run),
         Method::Points => points::render(world, &config.points, inputs, run),
@@ -29,9 +35,9 @@ pub(super) fn picture(renderer: &Renderer<'_>, method: Method, kept: &Kept) -> R
     }
 }
 
-fn decomposed(renderer: &Renderer<'_>, kept: &Kept) -> Result<Rendered> {
+fn decomposed(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result<Rendered> {
     use decompose::store;
-    let (world, config, run) = (renderer.world(), renderer.config(), renderer.run());
+    let (world, run) = (renderer.world(), renderer.run());
     let (settings, inputs) = (&config.decompose, config.inputs(world.diagonal));
     // The key reads the whole scene: made only where there is a file to compare it with.
     let key = || store::key(Fingerprint::new(renderer.scene()), &inputs, settings, world.diagonal);
@@ -49,9 +55,9 @@ fn decomposed(renderer: &Renderer<'_>, kept: &Kept) -> Result<Rendered> {
     decompose::picture(world, settings, &prepared, inputs.seed, run)
 }
 
-fn cached(renderer: &Renderer<'_>, kept: &Kept) -> Result<Rendered> {
+fn cached(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result<Rendered> {
     use cache::store;
-    let (world, config, run) = (renderer.world(), renderer.config(), renderer.run());
+    let (world, run) = (renderer.world(), renderer.run());
     let (settings, inputs) = (&config.cache, config.inputs(world.diagonal));
     let key = || store::key(Fingerprint::new(renderer.scene()), &inputs, settings);
     let earlier = kept.load.as_deref().map(|path| store::load(path, &key())).transpose()?;

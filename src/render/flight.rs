@@ -17,7 +17,7 @@ use super::{Renderer, header};
 use crate::config::RenderConfig;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::method::decompose::near_boxes::NearBoxes;
+use crate::method::decompose::near::boxes::NearBoxes;
 use crate::method::decompose::{self, NearNoise, Prepared, store};
 use crate::method::{Method, MethodStatistics};
 use crate::run::Run;
@@ -147,9 +147,9 @@ impl<'a> Flight<'a> {
         let frame = Frame {
             film,
             statistics: found.statistics,
-            clusters_added: now.clusters.len() - now.earlier,
+            clusters_added: now.sampled.clusters.len() - now.earlier,
             sides_added: now.sides_added,
-            clusters: now.clusters.len(),
+            clusters: now.sampled.clusters.len(),
         };
         self.known = Some(now);
         Ok(frame)

@@ -103,13 +103,14 @@ impl<'a> Renderer<'a> {
             );
             return Err(Error::setting("converge.enabled", message));
         }
-        let mut found = picture(self, method, kept)?;
+        let config = self.config.clone().for_method(method, self.world.diagonal)?;
+        let mut found = picture(self, &config, method, kept)?;
         let mut converge = None;
         if converging {
             let (picture, figures) = self.converged(found)?;
             (found, converge) = (picture, Some(figures));
         }
-        self.finished(method, found, converge)
+        self.finished(method, &config, found, converge)
     }
 
     /// The ground truth: path tracing in two independent halves, going on from `earlier` as if it
@@ -120,7 +121,7 @@ impl<'a> Renderer<'a> {
     pub fn reference(&self, earlier: Option<&Film>, keep_state: bool) -> Result<Rendered> {
         let Self { config, run, world, .. } = self;
         let found = path::reference(world, &config.path, config.seed, run, earlier, keep_state)?;
-        self.finished(Method::Path, found, None)
+        self.finished(Method::Path, config, found, None)
     }
 
     /// Path-traced halves of independent seeds bring the method's picture towards the truth.
@@ -138,6 +139,7 @@ impl<'a> Renderer<'a> {
     fn finished(
         &self,
         method: Method,
+        config: &RenderConfig,
         found: method::Rendered,
         converge: Option<ConvergeStatistics>,
     ) -> Result<Rendered> {
@@ -150,7 +152,7 @@ impl<'a> Renderer<'a> {
             }
             None => None,
         };
-        header::describe(&mut film, method.name(), self.config, self.run)?;
+        header::describe(&mut film, method.name(), config, self.run)?;
         if let Some(denoiser) = &denoiser {
             film.header.insert("nearfar.denoiser".into(), denoiser.clone());
         }
