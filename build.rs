@@ -100,6 +100,7 @@ mod embree {
             .allowlist_type("Nf.*")
             .allowlist_var("NF_.*")
             .use_core()
+            .layout_tests(false)
             .generate()
             .expect("bindgen reads ffi/embree_shim.h")
             .to_string()

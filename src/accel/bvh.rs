@@ -234,7 +234,7 @@ impl Slabs {
 mod tests {
     use super::*;
     use crate::sampling::{Rng, Stream, sample_uniform_sphere};
-    use crate::scene::{Mesh, Scene};
+    use crate::scene::{Material, Mesh, Scene};
 
     #[test]
     fn both_forms_of_the_walk_find_the_same_bits() {
@@ -248,7 +248,8 @@ mod tests {
             .collect();
         let triangles: Vec<[u32; 3]> = (0..3000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let mesh = Mesh { materials: vec![0; 3000], positions, triangles, ..Mesh::default() };
-        let scene = Scene { meshes: vec![mesh], ..Scene::default() };
+        let materials = vec![Material::default()];
+        let scene = Scene { meshes: vec![mesh], materials, ..Scene::default() };
         let bvh = BvhScene::build(&Arc::new(Geometry::new(&scene)), 1).unwrap();
         let mut found = 0;
         for _ in 0..5000 {

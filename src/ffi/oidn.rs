@@ -118,6 +118,12 @@ pub struct Input<'a> {
     pub clean: bool,
 }
 
+/// What the system says, where it says anything.
+fn reason(error: &libloading::Error) -> String {
+    use std::error::Error as _;
+    error.source().map_or_else(|| error.to_string(), ToString::to_string)
+}
+
 impl Denoiser {
     /// Opens the library where `NEARFAR_OIDN` or the system has it; `threads` threads at work.
     ///
@@ -153,7 +159,7 @@ impl Denoiser {
             // under this name; those of Open Image Denoise expect nothing of the program.
             match unsafe { Library::new(&file) } {
                 Ok(library) => return Self::start(library, &file, threads),
-                Err(error) => reasons.push(error.to_string()),
+                Err(error) => reasons.push(reason(&error)),
             }
         }
         Err(Error::Usage(format!(
@@ -169,7 +175,8 @@ impl Denoiser {
         let file = file.display();
         let fix = format!("install version 2, or name another library in {VARIABLE}");
         let api = Api::load(library).map_err(|e| {
-            Error::Usage(format!("{file} is not Open Image Denoise 2 ({e}): {fix}"))
+            let reason = reason(&e);
+            Error::Usage(format!("{file} is not Open Image Denoise 2 ({reason}): {fix}"))
         })?;
         // SAFETY: a function of one number; the handle is owned by `Self` from here on, or null.
         let device = unsafe { (api.new_device)(DEVICE_CPU) };

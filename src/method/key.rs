@@ -3,8 +3,8 @@
 //!
 //! ```text
 //! comment nearfar irradiance cache 2                     kind and version of the content
-//! comment scene meshes=… materials=… textures=… lights=…  crate::scene::Fingerprint; not of camera and seed
-//! comment settings {"cache.rays":512,…}                  dotted keys of the settings that matter, as JSON
+//! comment scene meshes=… materials=… textures=… lights=…  crate::scene::Fingerprint
+//! comment settings {"cache.rays":512,…}                  the settings that matter, as JSON
 //! ```
 //! A file with another key is refused, with what differs and how to mend it: the first setting by
 //! name and both values, or the parts of the scene. Settings that are not left out by name count: a
@@ -77,7 +77,8 @@ impl Key {
             Some(stored) => {
                 if let Some(parts) = self.scene.differing(&stored) {
                     return Some(format!(
-                        "was made for another scene: its {parts} differ from this one's; render without --load-cache and save it again"
+                        "was made for another scene: its {parts} differ from this one's; render \
+                         without --load-cache and save it again"
                     ));
                 }
             }
@@ -86,8 +87,15 @@ impl Key {
             find("settings ").and_then(|text| serde_json::from_str(text).ok()).unwrap_or_default();
         let keys = self.settings.keys().chain(stored.keys());
         keys.into_iter().find(|key| self.settings.get(*key) != stored.get(*key)).map(|key| {
-            let say = |map: &Map<String, Value>| map.get(key).map_or_else(|| "not there".into(), Value::to_string);
-            format!("was made with other settings: {key} is {} there and {} here; set them alike, or save it again", say(&stored), say(&self.settings))
+            let say = |map: &Map<String, Value>| {
+                map.get(key).map_or_else(|| "not there".into(), Value::to_string)
+            };
+            format!(
+                "was made with other settings: {key} is {} there and {} here; set them alike, or \
+                 save it again",
+                say(&stored),
+                say(&self.settings)
+            )
         })
     }
 }

@@ -1,7 +1,7 @@
 //! The light that arrives at a record, as a jittered polar grid of directions.
 //!
 //! ```text
-//! E = π / N · Σ L(wi)                     wi cosine-distributed, one a stratum of equal cosine-weighted solid angle
+//! E = π / N · Σ L(wi)     wi cosine-distributed, one a stratum of equal weighted solid angle
 //! ```
 //! M rings of equal sin² θ, N ≈ π M sectors. A concentric square grid (compact strata) was tried:
 //! its outermost strata reach higher above the horizon, and what is low and near, a rare hit of

@@ -11,7 +11,7 @@
 //! | File | Job |
 //! |---|---|
 //! | `settings` | [`CacheSettings`] |
-//! | `hemisphere`, `ward`, `edges`, `hessian`, `measure` | one record: rays, gradients, Hessian, distances |
+//! | `hemisphere`, `ward`, `edges`, `hessian`, `measure` | one record |
 //! | `validity` | how far a record reaches, its weight, who leaks |
 //! | `record` | [`CacheRecord`]: what is kept of a measurement |
 //! | `octree` | spheres around a point |

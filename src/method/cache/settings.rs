@@ -5,7 +5,7 @@
 //!
 //! | Mode | Reach of a record |
 //! |---|---|
-//! | `hessian` | r⁴ = 4 ε A / (π abs λ), ε = (0.03 · error)², A the picture's area at the record's depth (`pixel`) or the squared diagonal (`area`) |
+//! | `hessian` | r⁴ = 4 ε A / (π abs λ), ε = (0.03 · error)², A of `allocation` |
 //! | `production-2006` | 5 · error · smallest distance |
 //! | `split-sphere` | 2 · error · harmonic mean distance (Ward's a = 2 · error) |
 

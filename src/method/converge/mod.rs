@@ -1,11 +1,14 @@
 //! `--converge`: a picture that starts as the fast one and approaches the ground truth.
 //!
 //! ```text
-//! M     the model, a finished picture               A, B    two independent halves of path-traced samples, each with two quarters
+//! M     the model, a finished picture
+//! A, B  two independent halves of path-traced samples, each with two quarters
 //! D_X   = (X − M) / albedo = Σ_j D_X,j              bands of the edge-aware pyramid (`pyramid`)
-//! O     = M + albedo · (s_A Σ_j w_B,j D_A,j + s_B Σ_j w_A,j D_B,j)        s: share of the samples, s_A + s_B = 1
-//! w_X,j = b² / (b² + s_X σ²),   b² = (Σ D_X0,j D_X1,j − 3 √(K Σ σ⁴))₊,   σ² = Σ (D_X0,j − D_X1,j)² / 4
-//!                                              Σ: over the picture, by relative error; K pixels are joined by the bands below
+//! O     = M + albedo · (s_A Σ_j w_B,j D_A,j + s_B Σ_j w_A,j D_B,j)
+//!       s: share of the samples, s_A + s_B = 1
+//! w_X,j = b² / (b² + s_X σ²)
+//!       b² = (Σ D_X0,j D_X1,j − 3 √(K Σ σ⁴))₊,   σ² = Σ (D_X0,j − D_X1,j)² / 4
+//!       Σ: over the picture, by relative error; K pixels are joined by the bands below
 //! ```
 //! Method     b² is what the model lacks in a band, σ² the noise of X there, both from X alone; the
 //!            weight is used on the other half. So a firefly neither chooses its own weight nor is
