@@ -155,7 +155,7 @@ fn every_method_takes_it() {
                 "--spp",
                 "2",
                 "--set",
-                "photon.count=1000",
+                "proxy.photons=1000",
                 "--method",
                 method,
                 "--denoise",

@@ -27,6 +27,7 @@ mod references;
 mod render;
 mod report;
 mod reuse;
+mod settings;
 mod show;
 mod sky;
 mod subdivision;

@@ -75,30 +75,30 @@ pub(super) fn write(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     let mut extra = Vec::new();
     if let Some(n) = args.elements {
         extra.extend([
-            ("points.elements", Value::Integer(n as i64)),
-            ("points.density", Value::Float(0.0)),
+            ("point_based.elements", Value::Integer(n as i64)),
+            ("point_based.density", Value::Float(0.0)),
         ]);
     }
     if let Some(d) = args.density {
-        extra.push(("points.density", Value::Float(d)));
+        extra.push(("point_based.density", Value::Float(d)));
     }
     if let Some(n) = args.bounces {
-        extra.push(("points.bounces", Value::Integer(n.into())));
+        extra.push(("point_based.bounces", Value::Integer(n.into())));
     }
     if let Some(source) = args.radiosity {
         let name = clap::ValueEnum::to_possible_value(&source)
             .map_or_else(String::new, |v| v.get_name().to_owned());
-        extra.push(("points.radiosity", Value::String(name)));
+        extra.push(("point_based.radiosity", Value::String(name)));
     }
     let job = args.scene.prepare(&extra, None, cancel)?;
     let world = World::new(&job.scene, job.config.backend, &job.run)?;
     let (config, inputs) = (&job.config, job.config.inputs(world.diagonal));
     let mut cloud = if none {
-        bake_areas(&world, &config.points, &job.run)?.0
+        bake_areas(&world, &config.point_based, &job.run)?.0
     } else {
         bake(
             &world,
-            &config.points,
+            &config.point_based,
             ProxyInputs { near_cell: inputs.near_cell, photon: inputs.photon },
             config.seed,
             &job.run,

@@ -144,11 +144,8 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         .try_for_each(|path| check_writable(path))?;
     let mut job = args.scene.prepare(&settings, None, cancel)?;
     // Noise that stays on the surfaces, unless another is asked for.
-    if job.config.decompose.near_noise == NearNoise::Point
-        && args.reuse != Reuse::None
-        && !args.scene.sets("decompose.near_noise")?
-    {
-        job.config.decompose.near_noise = NearNoise::World;
+    if args.reuse != Reuse::None {
+        job.config.decompose.near_noise.get_or_insert(NearNoise::World);
     }
     let job = job;
     let views = views(args, &job.scene.camera)?;

@@ -106,7 +106,7 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         let _phase = job.run.phase("cloud", 1);
         read_cloud(&args.cloud)?
     };
-    let settings = &job.config.points;
+    let settings = &job.config.point_based;
     let tree = {
         let _phase = job.run.phase("tree", 1);
         job.run.install(|| Hierarchy::new(&cloud, settings.hitsides))?
@@ -194,7 +194,7 @@ fn equal_rays(
         let few = traced_occlusion(
             world,
             &layers.samples.points,
-            &job.config.points,
+            &job.config.point_based,
             rays,
             job.config.seed + 1,
             &job.run,

@@ -23,9 +23,9 @@ mod methods;
 mod options;
 mod picture;
 mod progress;
-mod quality;
 mod render;
 mod report;
+mod settings;
 mod show;
 
 use std::process::ExitCode;
@@ -77,6 +77,8 @@ enum Command {
     Export(export::ExportArgs),
     /// Tell what a scene holds and what is odd about it.
     Info(info::InfoArgs),
+    /// List the settings: key, type, default, range, unit, meaning.
+    Settings(settings::SettingsArgs),
 }
 
 /// A reader that has seen enough (`nearfar compare … | head`) ends the program, as it does for
@@ -128,6 +130,7 @@ pub fn run() -> ExitCode {
         Command::Report(args) => report::write(&args, &cancel),
         Command::Export(args) => export::write(&args),
         Command::Info(args) => info::info(&args, &cancel),
+        Command::Settings(args) => settings::settings(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -10,10 +10,9 @@ use std::io::IsTerminal;
 use toml::Value;
 
 use super::progress::Bar;
-use super::quality::Quality;
 use super::{parse_size, tell};
 use crate::accel::Backend;
-use crate::config::{self, RenderConfig};
+use crate::config::{self, Quality, RenderConfig};
 use crate::error::Result;
 use crate::load::{Loaded, load};
 use crate::run::Run;
@@ -79,10 +78,9 @@ impl SceneOptions {
         run.deadline = time_limit.map(|s| run.started + Duration::from_secs_f64(s));
         run = with_bar(run, self.quiet, cancel);
         let phase = run.phase("load", 1);
-        let Loaded { scene, mut settings, notes, warnings } = self.load()?;
+        let Loaded { scene, mut settings, notes, warnings } = self.read()?;
         drop(phase);
         tell(self.quiet, &notes, &warnings);
-        self.quality.fill(&mut settings)?;
         for (key, value) in extra {
             config::set(&mut settings, key, value.clone())?;
         }
@@ -92,26 +90,23 @@ impl SceneOptions {
         if let Some(backend) = self.backend {
             config::set(&mut settings, "backend", Value::String(value_name(backend)))?;
         }
+        self.quality.fill(&mut settings)?;
         let config = RenderConfig::from_table(settings.clone())?;
         let (path, quiet, verbose) = (self.scene.clone(), self.quiet, self.verbose);
         Ok(Job { path, scene, given: settings, config, run, quiet, verbose })
     }
 
-    /// Whether the command line sets this key.
+    /// The scene with overrides and size applied, its settings checked.
     ///
     /// # Errors
-    /// Assignments that cannot be read.
-    pub(super) fn sets(&self, key: &str) -> Result<bool> {
-        for text in &self.assignments {
-            if config::parse_assignment(text)?.0.trim_start_matches("settings.") == key {
-                return Ok(true);
-            }
-        }
-        Ok(false)
+    /// Whatever is wrong with the scene or a setting.
+    pub(super) fn load(&self) -> Result<Loaded> {
+        let loaded = self.read()?;
+        RenderConfig::at_quality(loaded.settings.clone(), self.quality)?;
+        Ok(loaded)
     }
 
-    /// The scene with overrides and size applied.
-    pub(super) fn load(&self) -> Result<Loaded> {
+    fn read(&self) -> Result<Loaded> {
         let mut overrides = Vec::new();
         for text in &self.assignments {
             overrides.push(config::parse_assignment(text)?);

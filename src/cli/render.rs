@@ -160,7 +160,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     if let Some(path) = &args.photons {
         let world = renderer.world();
         let near_cell = job.config.inputs(world.diagonal).near_cell;
-        let (settings, seed) = (&job.config.photon, job.config.seed);
+        let (settings, seed) = (&job.config.proxy, job.config.seed);
         photon_map::write_photons(world, near_cell, settings, seed, path, &job.run)?;
     }
     finish(&args.output, &job, rendered)

@@ -15,7 +15,7 @@ use super::{MethodStatistics, Rendered, ply};
 use crate::error::Result;
 use crate::film::{Film, Layer, layer};
 use crate::math::Ray;
-use crate::photon::{PhotonSettings, solve, trace};
+use crate::photon::{ProxySettings, solve, trace};
 use crate::radiometry::Rgb;
 use crate::record::RecordSettings;
 use crate::run::{RayKind, Run};
@@ -52,7 +52,7 @@ pub struct PhotonMapStatistics {
 pub fn render(
     world: &World,
     near_cell: f32,
-    settings: &PhotonSettings,
+    settings: &ProxySettings,
     record: &RecordSettings,
     seed: u64,
     run: &Run,
@@ -137,7 +137,7 @@ pub fn render(
 pub fn write_photons(
     world: &World,
     near_cell: f32,
-    settings: &PhotonSettings,
+    settings: &ProxySettings,
     seed: u64,
     path: &Path,
     run: &Run,
@@ -160,7 +160,7 @@ pub fn write_photons(
         blue: u8,
     }
     let cells = run.install(|| Cells::new(&world.geometry, near_cell))?;
-    let photons = trace(world, &cells, settings.count, seed, run)?.photons;
+    let photons = trace(world, &cells, settings.photons, seed, run)?.photons;
     let scale = ply::colour_scale(photons.iter().map(|p| p.flux));
     let rows = photons.iter().map(|p| {
         let ([x, y, z], [incident_x, incident_y, incident_z]) =

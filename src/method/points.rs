@@ -20,8 +20,8 @@ use crate::error::Result;
 use crate::film::Layer;
 use crate::math::{Frame, Ray};
 use crate::points::{
-    Cloud, Gathered, Hierarchy, PointsSettings, ProxyInputs, Receiver, Receivers, accessibility,
-    bake, gather_all, gather_some,
+    Cloud, Gathered, Hierarchy, PointBasedSettings, ProxyInputs, Receiver, Receivers,
+    accessibility, bake, gather_all, gather_some,
 };
 use crate::radiometry::Rgb;
 use crate::record::{CameraSamples, ShadingPoints, camera_samples};
@@ -51,7 +51,11 @@ pub struct PointStatistics {
 }
 
 /// The shading points as receivers; `samplebase` jitters them within their pixel.
-pub fn receivers(points: &ShadingPoints, settings: &PointsSettings, seed: u64) -> Vec<Receiver> {
+pub fn receivers(
+    points: &ShadingPoints,
+    settings: &PointBasedSettings,
+    seed: u64,
+) -> Vec<Receiver> {
     (0..points.len())
         .map(|i| {
             let mut p = points.p[i];
@@ -92,7 +96,7 @@ pub fn gather_picture(
     world: &World,
     cloud: &Cloud,
     tree: &Hierarchy,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     inputs: Inputs<'_>,
     run: &Run,
 ) -> Result<PointLayers> {
@@ -124,7 +128,7 @@ pub fn gather_picture(
 /// As [`bake`] and [`gather_picture`].
 pub fn render(
     world: &World,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     inputs: Inputs<'_>,
     run: &Run,
 ) -> Result<Rendered> {
@@ -145,7 +149,7 @@ pub fn render(
 pub fn render_cloud(
     world: &World,
     cloud: &Cloud,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     inputs: Inputs<'_>,
     run: &Run,
 ) -> Result<Rendered> {
@@ -185,7 +189,7 @@ pub fn render_cloud(
 pub fn traced_occlusion(
     world: &World,
     points: &ShadingPoints,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     rays: u32,
     seed: u64,
     run: &Run,

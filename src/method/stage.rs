@@ -5,7 +5,7 @@
 //! their pictures is the method alone. Phases `cells`, `photons`, `gather`, `record`.
 
 use crate::error::Result;
-use crate::photon::{CellRadiosity, PhotonSettings, Proxy, ProxyStats, solve};
+use crate::photon::{CellRadiosity, Proxy, ProxySettings, ProxyStats, solve};
 use crate::record::{CameraSamples, RecordSettings, camera_samples};
 use crate::run::Run;
 use crate::shading::{DirectSettings, World};
@@ -17,7 +17,7 @@ pub struct Inputs<'a> {
     /// Longest edge of a cell, scene units.
     pub near_cell: f32,
     /// The proxy.
-    pub photon: &'a PhotonSettings,
+    pub photon: &'a ProxySettings,
     /// Camera samples and shading points.
     pub record: &'a RecordSettings,
     /// Direct light of the camera samples.

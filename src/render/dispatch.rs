@@ -24,13 +24,13 @@ pub(super) fn picture(
         Method::IrradianceCache => cached(renderer, config, kept),
         Method::Gather => gather::render(world, &config.gather, inputs, run),
         Method::Path => path::render(world, &config.path, seed, run),
-        Method::Points => points::render(world, &config.points, inputs, run),
+        Method::Points => points::render(world, &config.point_based, inputs, run),
         Method::LocalCorrection => {
             local_correction::render(world, &config.local, &config.record, seed, run)
         }
         Method::Direct => direct::render(world, &config.record, &config.direct, seed, run),
         Method::PhotonMap => {
-            photon_map::render(world, inputs.near_cell, &config.photon, &config.record, seed, run)
+            photon_map::render(world, inputs.near_cell, &config.proxy, &config.record, seed, run)
         }
     }
 }

@@ -139,7 +139,7 @@ impl<'a> Flight<'a> {
             }
             _ => decompose::prepare(world, settings, inputs, run)?,
         };
-        let keeps = self.reuse != Reuse::None && settings.near_noise == NearNoise::World;
+        let keeps = self.reuse != Reuse::None && settings.near_noise() == NearNoise::World;
         let near = keeps.then_some(&mut self.near);
         let found = decompose::picture_with(world, settings, &now, near, inputs.seed, run)?;
         let mut film = found.film;

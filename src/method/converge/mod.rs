@@ -54,60 +54,31 @@ use crate::error::{Error, Result};
 use crate::film::{Film, layer};
 use crate::method::Rendered;
 use crate::run::Run;
+use crate::settings::{choices, section};
 
-/// How much of a band of the difference is kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Weight {
-    /// By what is known of it: the least expected error.
-    #[default]
-    Shrink,
-    /// All: unbiased, the model plays no part.
-    One,
-}
-
-/// Knobs of `--converge`.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ConvergeSettings {
-    /// Go on from the method's picture towards the ground truth.
-    pub enabled: bool,
-    /// Path-traced samples per pixel, both halves together; at least 4.
-    pub spp: u32,
-    /// Weight of the samples against the model.
-    pub weight: Weight,
-    /// Bands of the pyramid, 1 to 10; the coarsest reaches 2^levels pixels.
-    pub levels: u32,
-    /// Stop once the certified relMSE is below this; 0: never.
-    pub target_error: f64,
-}
-
-impl Default for ConvergeSettings {
-    fn default() -> Self {
-        Self { enabled: false, spp: 256, weight: Weight::Shrink, levels: 6, target_error: 0.0 }
+choices! {
+    /// How much of a band of the difference is kept.
+    pub enum Weight default Shrink {
+        /// By what is known of it: the least expected error.
+        Shrink = "shrink",
+        /// All: unbiased, the model plays no part.
+        One = "one",
     }
 }
 
-impl ConvergeSettings {
-    /// # Errors
-    /// [`Error::Setting`] for values out of range.
-    pub fn validate(&self) -> Result<()> {
-        if self.spp < 4 {
-            return Err(Error::setting(
-                "converge.spp",
-                "must be at least 4: two samples in each of two halves",
-            ));
-        }
-        if !(1..=10).contains(&self.levels) {
-            return Err(Error::setting("converge.levels", "must be 1 to 10"));
-        }
-        if self.target_error.is_nan() || self.target_error < 0.0 {
-            return Err(Error::setting(
-                "converge.target_error",
-                "must be a relMSE ≥ 0; 0 switches it off",
-            ));
-        }
-        Ok(())
+section! {
+    /// The picture that converges.
+    pub struct ConvergeSettings in "converge" {
+        /// Go on from the method's picture towards the ground truth.
+        enabled: bool = false;
+        /// Path-traced samples per pixel, both halves together: two in each at the least.
+        spp: u32 = 256, in from(4.0), unit "samples per pixel";
+        /// Weight of the samples against the model.
+        weight: Weight = Weight::Shrink;
+        /// Bands of the pyramid; the coarsest reaches 2^levels pixels.
+        levels: u32 = 6, in from(1.0).to(10.0), unit "bands";
+        /// Stop once the certified relMSE is below this; 0: never.
+        target_error: f64 = 0.0, unit "relMSE";
     }
 }
 
