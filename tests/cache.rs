@@ -3,6 +3,7 @@
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::compare::{Truth, errors};
 use nearfar::method::cache::{
     Cache, CacheRecord, CacheSettings, Mode, fill_and_interpolate, render, store,
 };
@@ -56,15 +57,8 @@ fn gathered(w: &World, stage: &Stage, rays: u32) -> Vec<Rgb> {
     gather(w, stage.proxy(), &stage.samples.points, rays, 0, &Run::new(2).unwrap()).unwrap()
 }
 
-fn relative_mse(e: &[Rgb], truth: &[Rgb]) -> f32 {
-    let mean = truth.iter().map(|t| t.element_sum() / 3.0).sum::<f32>() / truth.len() as f32;
-    e.iter()
-        .zip(truth)
-        .map(|(e, t)| {
-            ((*e - *t).powf(2.0) / (*t * *t + Rgb::splat(0.01 * mean * mean))).element_sum() / 3.0
-        })
-        .sum::<f32>()
-        / e.len() as f32
+fn relative_mse(e: &[Rgb], truth: &[Rgb]) -> f64 {
+    errors(e, &Truth::exact(truth.len() as u32, 1, truth)).relmse
 }
 
 #[test]

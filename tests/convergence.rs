@@ -1,7 +1,7 @@
 //! The decomposition's error against ground truth falls with each knob that spends time, and has a
 //! minimum in alpha.
 
-use nearfar::compare::{Halves, errors};
+use nearfar::compare::{Halves, Reference, Truth, errors};
 use nearfar::length::Length;
 use nearfar::method::decompose::{DecomposeSettings, render};
 use nearfar::method::path::{self, PathSettings};
@@ -16,8 +16,7 @@ use crate::support::{backends, small_room, world};
 struct Bench {
     world: World,
     run: Run,
-    truth: Vec<nearfar::radiometry::Rgb>,
-    halves: Halves,
+    truth: Truth,
 }
 
 impl Bench {
@@ -30,7 +29,15 @@ impl Bench {
                 .unwrap()
                 .film;
         let halves = Halves(film.rgb("half0").unwrap(), film.rgb("half1").unwrap());
-        Self { world, run, truth: film.rgb("").unwrap(), halves }
+        let reference = Reference {
+            width: film.width,
+            height: film.height,
+            mean: film.rgb("").unwrap(),
+            halves: Some(halves),
+            albedo: None,
+            normal: None,
+        };
+        Self { world, run, truth: Truth::new(reference, None).unwrap() }
     }
 
     /// relMSE of the final image, mean over seeds (one picture's error is itself random).
@@ -44,7 +51,7 @@ impl Bench {
             let near_cell = decompose.lengths(self.world.diagonal).near_cell;
             let inputs = Inputs { near_cell, photon, record: &record, direct: &direct, seed };
             let film = render(&self.world, decompose, inputs, &self.run).unwrap().film;
-            errors(&film.rgb("").unwrap(), &self.truth, Some(&self.halves)).relmse
+            errors(&film.rgb("").unwrap(), &self.truth).relmse
         };
         (0..seeds).map(one).sum::<f64>() / seeds as f64
     }

@@ -400,6 +400,7 @@ fn interruption_is_an_error() {
     #[derive(Debug)]
     struct Quiet;
     impl nearfar::run::Reporter for Quiet {
+        fn warn(&self, _: &str) {}
         fn begin(&self, _: &str, _: u64) {}
         fn advance(&self, _: u64) {}
         fn end(&self) {}

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::compare::{Truth, errors};
 use nearfar::config::RenderConfig;
 use nearfar::film::read_exr;
 use nearfar::load::load;
@@ -280,17 +281,9 @@ fn the_cornell_box_is_the_ground_truth() {
     assert!(bounces <= 0.01 && proxy <= 0.007, "indirect irradiance {bounces}, {proxy}");
 }
 
-/// relMSE without the 0.1 % worst, as `nearfar compare` defines it.
+/// relMSE without the 0.1 % worst.
 fn relative_error(got: &[Rgb], reference: &[Rgb]) -> f64 {
-    let whole: Rgb = reference.iter().sum::<Rgb>() / reference.len() as f32;
-    let m = f64::from(whole.element_sum() / 3.0);
-    let of = |(x, r): (&Rgb, &Rgb)| {
-        [0, 1, 2].map(|k| f64::from(x[k] - r[k]).powi(2) / (f64::from(r[k]).powi(2) + 0.01 * m * m))
-    };
-    let mut errors: Vec<f64> = got.iter().zip(reference).flat_map(of).collect();
-    errors.sort_by(f64::total_cmp);
-    let kept = errors.len() - errors.len() / 1000;
-    errors[..kept].iter().sum::<f64>() / kept as f64
+    errors(got, &Truth::exact(reference.len() as u32, 1, reference)).relmse_trimmed
 }
 
 #[test]

@@ -5,9 +5,10 @@ use std::process::Command;
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::compare::{Truth, errors};
 use nearfar::film::{Film, read_exr};
 use nearfar::length::Length;
-use nearfar::method::decompose::near_boxes::NearBoxes;
+use nearfar::method::decompose::near::boxes::NearBoxes;
 use nearfar::method::decompose::store::{Known, key, load, save};
 use nearfar::method::decompose::{
     DecomposeSettings, NearNoise, picture, picture_with, plan, prepare, render, resume,
@@ -15,6 +16,7 @@ use nearfar::method::decompose::{
 use nearfar::method::key::Key;
 use nearfar::method::stage::Inputs;
 use nearfar::photon::ProxySettings;
+use nearfar::radiometry::Rgb;
 use nearfar::record::RecordSettings;
 use nearfar::run::Run;
 use nearfar::scene::{Camera, Fingerprint, Light, Mesh, Scene, Sides};
@@ -106,8 +108,8 @@ fn what_is_loaded_is_what_was_saved_and_gives_the_same_picture() {
         assert!(known == Known::new(&first));
         let again = resume(&w, &s.decompose, inputs, known, &run).unwrap();
         assert_eq!(
-            (again.clusters.len(), again.earlier, again.sides_added),
-            (first.clusters.len(), first.clusters.len(), 0)
+            (again.sampled.clusters.len(), again.earlier, again.sides_added),
+            (first.sampled.clusters.len(), first.sampled.clusters.len(), 0)
         );
         let fresh = picture(&w, &s.decompose, &first, 5, &run).unwrap().film;
         assert!(
@@ -121,18 +123,14 @@ fn what_is_loaded_is_what_was_saved_and_gives_the_same_picture() {
     }
 }
 
-fn luminances(film: &Film) -> Vec<f32> {
-    film.rgb("irradiance").unwrap().iter().map(|c| c.element_sum() / 3.0).collect()
-}
-
-/// Relative mean squared difference and relative difference of the means.
-fn difference(a: &Film, b: &Film) -> (f32, f32) {
-    let (a, b) = (luminances(a), luminances(b));
-    let mean = b.iter().sum::<f32>() / b.len() as f32;
-    let square =
-        a.iter().zip(&b).map(|(a, b)| (a - b).powi(2) / (b * b + 0.01 * mean * mean)).sum::<f32>()
-            / a.len() as f32;
-    (square, a.iter().sum::<f32>() / b.iter().sum::<f32>() - 1.0)
+/// Relative mean squared difference and relative difference of the means of the irradiance.
+fn difference(a: &Film, b: &Film) -> (f64, f64) {
+    let grey = |film: &Film| -> Vec<Rgb> {
+        let layer = film.rgb("irradiance").unwrap();
+        layer.iter().map(|c| Rgb::splat(c.element_sum() / 3.0)).collect()
+    };
+    let e = errors(&grey(a), &Truth::exact(b.width, b.height, &grey(b)));
+    (e.relmse, e.bias)
 }
 
 #[test]
@@ -151,13 +149,18 @@ fn another_camera_adds_what_it_sees_first_and_looks_as_if_fresh() {
     let (first, extended, film) = picture_of(2, &mut w);
     let run = Run::new(2).unwrap();
     let fresh = prepare(&w, &s.decompose, s.inputs(&w), &run).unwrap();
-    let added = extended.clusters.len() - extended.earlier;
+    let added = extended.sampled.clusters.len() - extended.earlier;
     assert!(added > 5, "{added} clusters");
-    assert!(added < fresh.clusters.len(), "{added} added, {} fresh", fresh.clusters.len());
+    assert!(
+        added < fresh.sampled.clusters.len(),
+        "{added} added, {} fresh",
+        fresh.sampled.clusters.len()
+    );
     // What was there stays, bit for bit.
     assert!(
-        extended.sh[..first.sh.len()] == first.sh
-            && extended.clusters.center[..first.sh.len()] == first.clusters.center
+        extended.sampled.sh[..first.sampled.sh.len()] == first.sampled.sh
+            && extended.sampled.clusters.center[..first.sampled.sh.len()]
+                == first.sampled.clusters.center
     );
     let (old, new) = (&first.stage.radiosity, &extended.stage.radiosity);
     for c in 0..old.len() {
@@ -269,7 +272,7 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
     std::fs::write(&file, &good[..60]).unwrap();
     refused(&own, "PLY");
     let mut damaged = known.clone();
-    damaged.sh[3].0[0].x = f32::NAN;
+    damaged.sampled.sh[3].0[0].x = f32::NAN;
     save(&file, &own, &damaged, &s.decompose).unwrap();
     refused(&own, "cluster 3 is damaged");
     let mut damaged = known;
@@ -289,7 +292,7 @@ fn a_planned_path_needs_nothing_more_and_threads_do_not_matter() {
         let run = Run::new(threads).unwrap();
         w.camera = start.clone();
         let mut prepared = plan(&w, &s.decompose, s.inputs(&w), &views, None, &run).unwrap();
-        let clusters = prepared.clusters.len();
+        let clusters = prepared.sampled.clusters.len();
         let mut boxes = NearBoxes::default();
         let frames: Vec<_> = views
             .iter()
@@ -303,9 +306,9 @@ fn a_planned_path_needs_nothing_more_and_threads_do_not_matter() {
                 )
             })
             .collect();
-        assert_eq!(prepared.clusters.len(), clusters);
+        assert_eq!(prepared.sampled.clusters.len(), clusters);
         prepared.look(&w, &s.decompose, s.inputs(&w), true, &run).unwrap();
-        let missing = prepared.clusters.len() - clusters;
+        let missing = prepared.sampled.clusters.len() - clusters;
         assert!(missing * 20 < clusters, "{missing} of {clusters} clusters were not planned");
         frames
     };

@@ -5,13 +5,14 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Args;
-use serde_json::json;
+use serde::Serialize;
 use toml::Value;
 
 use super::options::SceneOptions;
-use super::{check_writable, statistics};
+use super::{check_writable, write_json};
 use crate::error::{Error, Result};
 use crate::points::{ProxyInputs, RadiositySource, bake, bake_areas, write_cloud};
+use crate::render::RunStatistics;
 use crate::shading::World;
 
 /// Options of `nearfar bake`.
@@ -41,6 +42,16 @@ pub(super) struct BakeArgs {
     /// Write statistics as JSON.
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
+}
+
+/// What is told of a cloud.
+#[derive(Debug, Serialize)]
+struct BakeFigures {
+    elements: usize,
+    area: f64,
+    triangles: usize,
+    #[serde(flatten)]
+    of_run: RunStatistics,
 }
 
 /// Channels that can be kept.
@@ -80,7 +91,7 @@ pub(super) fn write(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         extra.push(("point_based.radiosity", Value::String(name)));
     }
     let job = args.scene.prepare(&extra, None, cancel)?;
-    let world = World::new(&job.scene, args.scene.backend, &job.run)?;
+    let world = World::new(&job.scene, job.config.backend, &job.run)?;
     let (config, inputs) = (&job.config, job.config.inputs(world.diagonal));
     let mut cloud = if none {
         bake_areas(&world, &config.point_based, &job.run)?.0
@@ -108,21 +119,15 @@ pub(super) fn write(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
             ],
         )?;
     }
-    if !args.scene.quiet {
-        job.run.warnings().iter().for_each(|w| eprintln!("warning: {w}"));
-    }
     println!("{} elements, area {:.6}", cloud.len(), cloud.total_area());
     if let Some(path) = &args.stats {
-        let of_bake = [
-            ("elements", json!(cloud.len())),
-            ("area", json!(cloud.total_area())),
-            ("triangles", json!(world.geometry.len())),
-        ];
-        let stats = of_bake.into_iter().map(|(k, v)| (k.to_owned(), v)).collect();
-        statistics::write(
-            &statistics::collect(&job.run, job.start.elapsed().as_secs_f64(), stats),
-            path,
-        )?;
+        let figures = BakeFigures {
+            elements: cloud.len(),
+            area: cloud.total_area(),
+            triangles: world.geometry.len(),
+            of_run: RunStatistics::new(&job.run),
+        };
+        write_json(path, &figures)?;
     }
     if args.scene.verbose {
         job.run

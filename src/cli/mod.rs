@@ -21,12 +21,12 @@ mod info;
 mod measure;
 mod methods;
 mod options;
+mod picture;
 mod progress;
 mod render;
 mod report;
 mod settings;
 mod show;
-mod statistics;
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -190,6 +190,13 @@ fn check_writable(path: &std::path::Path) -> Result<()> {
         }),
         _ => Ok(()),
     }
+}
+
+/// Writes a value as indented JSON.
+fn write_json(path: &std::path::Path, value: &impl serde::Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(value)
+        .map_err(|e| Error::Render(format!("{}: {e}", path.display())))?;
+    std::fs::write(path, text + "\n").map_err(|source| Error::Io { path: path.into(), source })
 }
 
 #[cfg(test)]

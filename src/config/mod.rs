@@ -10,6 +10,7 @@ mod quality;
 
 use toml::{Table, Value};
 
+use crate::accel::Backend;
 use crate::denoise::Denoise;
 use crate::error::{Error, Result};
 use crate::method::cache::CacheSettings;
@@ -19,6 +20,7 @@ use crate::method::gather::GatherSettings;
 use crate::method::local_correction::LocalSettings;
 use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
+use crate::method::{Method, course};
 use crate::photon::ProxySettings;
 use crate::points::PointBasedSettings;
 use crate::record::RecordSettings;
@@ -33,6 +35,8 @@ section! {
     pub struct RenderConfig in "" {
         /// Seed of every random number.
         seed: u64 = 0;
+        /// Who answers ray queries.
+        backend: Backend = Backend::default();
         /// What removes noise from the finished picture; with it `decompose.near_filter` is 0
         /// unless set.
         denoise: Denoise = Denoise::None;
@@ -51,9 +55,11 @@ section! {
 }
 
 /// Sections and keys by the names they had, and what to use now.
-const RENAMED: [(&str, &str); 4] = [
+const RENAMED: [(&str, &str); 6] = [
     ("photon.count", "is called \"proxy.photons\" now"),
     ("points.pointbased", "is no setting any more: the method knows no rays"),
+    ("decompose.near_tolerance", "is no setting any more: it belonged to \"triangles+rays\""),
+    ("decompose.overlap", "is no setting any more"),
     ("photon", "the section is called [proxy] now"),
     ("points", "the section is called [point_based] now"),
 ];
@@ -73,9 +79,10 @@ impl RenderConfig {
     ///
     /// # Errors
     /// As [`RenderConfig::from_table`].
-    pub fn at_quality(table: Table, quality: Quality) -> Result<Self> {
+    pub fn at_quality(mut table: Table, quality: Quality) -> Result<Self> {
+        quality.fill(&mut table)?;
         check_keys(&table)?;
-        let mut config = quality.config()?;
+        let mut config = Self::default();
         table.iter().try_for_each(|(key, value)| config.set(key, value))?;
         config.validate()?;
         config.follow();
@@ -91,6 +98,20 @@ impl RenderConfig {
             self.decompose.near_filter.get_or_insert(0);
         }
         self.path.filter = self.record.pixel_filter();
+    }
+
+    /// The settings as `method` takes them in a scene of the given diagonal: what follows others
+    /// has its value, and the course decides some itself.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a value that contradicts the method.
+    pub fn for_method(mut self, method: Method, diagonal: f32) -> Result<Self> {
+        self.follow();
+        if method == Method::Course {
+            (self.decompose, self.proxy) =
+                course::as_written(&self.decompose, &self.proxy, diagonal)?;
+        }
+        Ok(self)
     }
 
     /// What the methods start from, in a scene of the given diagonal. All of them get the cells

@@ -11,14 +11,13 @@
 //! | high | 0.0026 · 13 | 0.0026 · 15 | 0.0031 · 18 | 0.0006 · 20 |
 //! | best (with 32 samples a pixel) | 0.0016 · 30 | 0.0013 · 37 | 0.0027 · 42 | 0.0003 · 44 |
 
-use super::RenderConfig;
 use super::assignment::parse_value;
 use crate::error::Result;
-use crate::settings::{Section, choices};
+use crate::settings::choices;
 
 choices! {
     /// A named set of settings.
-    #[derive(clap::ValueEnum)]
+    #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
     pub enum Quality default Normal {
         /// Half the time of `normal`, twice its error.
         Draft = "draft",
@@ -62,21 +61,26 @@ impl Quality {
         }
     }
 
-    /// The defaults at this quality.
-    pub(super) fn config(self) -> Result<RenderConfig> {
-        let mut table = toml::Table::new();
+    /// Fills in what `settings` leaves open.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Setting`] where a section of `settings` is a value.
+    pub fn fill(self, settings: &mut toml::Table) -> Result<()> {
         for (key, value) in self.settings() {
-            super::set(&mut table, key, parse_value(value))?;
+            let (section, last) = key.split_once('.').unwrap_or(("", key));
+            let given = settings.get(section).and_then(|s| s.get(last)).is_some();
+            if !given {
+                super::set(settings, key, parse_value(value))?;
+            }
         }
-        let mut config = RenderConfig::default();
-        table.iter().try_for_each(|(key, value)| config.set(key, value))?;
-        Ok(config)
+        Ok(())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::RenderConfig;
 
     #[test]
     fn presets_are_valid_and_give_way() {

@@ -10,8 +10,9 @@
 
 use rayon::prelude::*;
 
-use super::Rendered;
-use super::stage::{Inputs, Stage};
+use super::locations::Locations;
+use super::stage::{Inputs, Stage, StageStatistics};
+use super::{MethodStatistics, Rendered};
 use crate::error::Result;
 use crate::math::{Frame, Ray};
 use crate::photon::Proxy;
@@ -28,6 +29,16 @@ section! {
         /// Cosine rays per shading point.
         rays: u32 = 64, in from(1.0).to(1_048_576.0), unit "rays";
     }
+}
+
+/// What final gathering tells of its picture.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct GatherStatistics {
+    /// Proxy and points.
+    #[serde(flatten)]
+    pub stage: StageStatistics,
+    /// Rays of every point.
+    pub rays_per_point: u32,
 }
 
 /// Irradiance at every point (phase `sample`).
@@ -86,7 +97,12 @@ pub fn render(
     let stage = Stage::new(world, inputs, run)?;
     let irradiance =
         gather(world, stage.proxy(), &stage.samples.points, settings.rays, inputs.seed, run)?;
-    let mut stats = stage.stats();
-    stats.insert("rays_per_point".into(), settings.rays.into());
-    Ok(Rendered { film: stage.samples.compose(&irradiance), stats, ..Rendered::default() })
+    Ok(Rendered {
+        film: stage.samples.compose(&irradiance),
+        statistics: MethodStatistics::Gather(GatherStatistics {
+            stage: stage.statistics(),
+            rays_per_point: settings.rays,
+        }),
+        locations: Locations::default(),
+    })
 }

@@ -20,7 +20,8 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::Rendered;
+use super::locations::Locations;
+use super::{MethodStatistics, Rendered};
 use crate::error::{Error, Result};
 use crate::length::Length;
 use crate::math::offset_origin;
@@ -32,6 +33,15 @@ use crate::sampling::{Sobol, Stream};
 use crate::settings::section;
 use crate::sh::ShRgb;
 use crate::shading::{DirectSettings, World};
+
+/// What the local correction tells of its picture.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct LocalStatistics {
+    /// Points that were lit.
+    pub shading_points: usize,
+    /// Surface elements asked for.
+    pub elements: u64,
+}
 
 section! {
     /// Local correction of a flat ambient term.
@@ -194,13 +204,9 @@ pub fn render(
     film.set_rgb("direct", &samples.reflect(&lights));
     film.set_rgb("indirect", &samples.reflect(&ambient));
     film.set_rgb("irradiance", &samples.mean(&ambient));
-    let stats = [
-        ("shading_points", serde_json::json!(points.len())),
-        ("elements", settings.elements.into()),
-    ];
-    Ok(Rendered {
-        film,
-        stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
-        ..Rendered::default()
-    })
+    let statistics = MethodStatistics::LocalCorrection(LocalStatistics {
+        shading_points: points.len(),
+        elements: settings.elements,
+    });
+    Ok(Rendered { film, statistics, locations: Locations::default() })
 }

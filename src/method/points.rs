@@ -13,9 +13,11 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::Rendered;
+use super::locations::Locations;
 use super::stage::Inputs;
+use super::{MethodStatistics, Rendered};
 use crate::error::Result;
+use crate::film::Layer;
 use crate::math::{Frame, Ray};
 use crate::points::{
     Cloud, Gathered, Hierarchy, PointBasedSettings, ProxyInputs, Receiver, Receivers,
@@ -26,6 +28,27 @@ use crate::record::{CameraSamples, ShadingPoints, camera_samples};
 use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere, sample_disc};
 use crate::shading::World;
+
+const OCCLUSION: Layer =
+    Layer::alone("occlusion", "share of the cosine-weighted hemisphere that is covered, 0 to 1");
+const OPEN: Layer = Layer::alone("open", "share of the sky that is seen, 0 to 1");
+const BENT: Layer = Layer::xyz("bent", "mean open direction, world space");
+
+/// Layers of the picture beside those of the camera samples.
+pub const LAYERS: [Layer; 3] = [OCCLUSION, OPEN, BENT];
+
+/// What is told of the picture.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct PointStatistics {
+    /// Surface elements.
+    pub elements: usize,
+    /// Points that were lit.
+    pub shading_points: usize,
+    /// Gathers that were made; the other points are interpolated.
+    pub gathers: usize,
+    /// Memory of an element in its tree.
+    pub bytes_per_element: usize,
+}
 
 /// The shading points as receivers; `samplebase` jitters them within their pixel.
 pub fn receivers(
@@ -149,17 +172,13 @@ pub fn render_cloud(
             .collect(),
     );
     film.set_xyz("bent", &layers.layer(|g| g.bent_normal));
-    let stats = [
-        ("elements", serde_json::json!(cloud.len())),
-        ("shading_points", layers.gathered.len().into()),
-        ("gathers", layers.gathers.into()),
-        ("bytes_per_element", (tree.bytes() / tree.len()).into()),
-    ];
-    Ok(Rendered {
-        film,
-        stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
-        ..Rendered::default()
-    })
+    let statistics = MethodStatistics::Points(PointStatistics {
+        elements: cloud.len(),
+        shading_points: layers.gathered.len(),
+        gathers: layers.gathers,
+        bytes_per_element: tree.bytes() / tree.len(),
+    });
+    Ok(Rendered { film, statistics, locations: Locations::default() })
 }
 
 /// Occlusion at the points by `rays` cosine rays each, with the distances and the fall-off of

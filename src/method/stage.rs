@@ -47,6 +47,23 @@ pub fn cells(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Cells> {
     run.install(|| Cells::new(&world.geometry, inputs.near_cell))
 }
 
+/// What is told of proxy and camera samples.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct StageStatistics {
+    /// Pieces of surfaces.
+    pub cells: usize,
+    /// Stored photons.
+    pub photons: usize,
+    /// Sides of cells whose irradiance was gathered.
+    pub gathered_sides: usize,
+    /// Sweeps over them.
+    pub sweeps: u32,
+    /// Relative change of irradiance in the last sweep.
+    pub sweep_residual: f32,
+    /// Points that need indirect light.
+    pub shading_points: usize,
+}
+
 /// Proxy and camera samples.
 #[derive(Debug, Default)]
 pub struct Stage {
@@ -79,18 +96,15 @@ impl Stage {
     }
 
     /// Statistics that all these methods share.
-    pub fn stats(&self) -> serde_json::Map<String, serde_json::Value> {
+    pub fn statistics(&self) -> StageStatistics {
         let proxy = &self.proxy_stats;
-        [
-            ("cells", serde_json::json!(self.cells.len())),
-            ("photons", proxy.photons.into()),
-            ("gathered_sides", proxy.gathered.into()),
-            ("sweeps", proxy.sweeps.into()),
-            ("sweep_residual", f64::from(proxy.residual).into()),
-            ("shading_points", self.samples.points.len().into()),
-        ]
-        .into_iter()
-        .map(|(key, value)| (key.to_owned(), value))
-        .collect()
+        StageStatistics {
+            cells: self.cells.len(),
+            photons: proxy.photons,
+            gathered_sides: proxy.gathered,
+            sweeps: proxy.sweeps,
+            sweep_residual: proxy.residual,
+            shading_points: self.samples.points.len(),
+        }
     }
 }

@@ -5,7 +5,7 @@ use crate::settings::{choices, section};
 
 choices! {
     /// How indirect irradiance of a cell side comes from photons.
-    #[derive(clap::ValueEnum)]
+    #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
     pub enum Estimate default Gather {
         /// Photons counted per cell and side over the cell's exact area; cells with too few are
         /// merged with their neighbours.

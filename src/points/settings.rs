@@ -6,7 +6,7 @@ use crate::settings::{choices, section};
 
 choices! {
     /// What keeps surfaces behind one another from being counted twice.
-    #[derive(clap::ValueEnum)]
+    #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
     pub enum Overlap default Raster {
         /// A raster of the hemisphere around every receiver, filled from near to far.
         Raster = "raster",
@@ -20,7 +20,7 @@ choices! {
 
 choices! {
     /// How occlusion falls off with distance.
-    #[derive(clap::ValueEnum)]
+    #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
     pub enum FalloffMode default Exponential {
         /// exp(−falloff · distance).
         Exponential = "exponential",
@@ -31,7 +31,7 @@ choices! {
 
 choices! {
     /// Which sides of elements are there.
-    #[derive(clap::ValueEnum)]
+    #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
     pub enum HitSides default Both {
         /// Both.
         Both = "both",
@@ -44,7 +44,7 @@ choices! {
 
 choices! {
     /// Where the light on the elements comes from.
-    #[derive(clap::ValueEnum)]
+    #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
     pub enum RadiositySource default Bounces {
         /// Direct light and bounces gathered from the elements themselves.
         Bounces = "bounces",

@@ -1,7 +1,8 @@
 //! Pass 1: what the camera sees, and the points that need indirect light.
 //!
 //! ```text
-//! pixel = mean over camera samples of [ seen emission + albedo · (direct irradiance + E(point of the sample)) / π ]
+//! pixel = mean over camera samples of
+//!         [ seen emission + albedo · (direct irradiance + E(point of the sample)) / π ]
 //! ```
 //! Camera samples (`spp` a pixel, drawn by the pixel filter) carry visibility, albedo and direct
 //! light. Indirect irradiance E is evaluated at **shading points**: the samples of one pixel that
@@ -19,7 +20,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::film::Film;
+use crate::film::{Film, Layer, layer};
 use crate::math::{Ray, offset_origin};
 use crate::radiometry::Rgb;
 use crate::run::{RayKind, Run};
@@ -298,6 +299,18 @@ fn pixel(
         row.points.footprint.push((p - world.camera.eye).dot(forward) * world.camera.pixel_angle());
     }
 }
+
+/// Layers of [`CameraSamples::compose`], which all methods that start from camera samples share.
+pub const LAYERS: [Layer; 8] = [
+    layer::DIRECT,
+    layer::EMISSION,
+    layer::INDIRECT,
+    layer::IRRADIANCE,
+    layer::ALBEDO,
+    layer::NORMAL,
+    layer::POSITION,
+    layer::DEPTH,
+];
 
 impl CameraSamples {
     /// The image for an irradiance at every shading point, with the layers that all methods share:

@@ -2,7 +2,8 @@
 //! the filter's own density.
 //!
 //! ```text
-//! I(pixel) = ∫ f(x − centre) L(x) dx,  ∫ f = 1,  f ≥ 0          x = centre + W(u),  density of W(u) = f
+//! I(pixel) = ∫ f(x − centre) L(x) dx,  ∫ f = 1,  f ≥ 0
+//! x = centre + W(u),  density of W(u) = f
 //! box       1 / (2r)² on the square |x|, |y| ≤ r
 //! tent      (1 − |x| / r)(1 − |y| / r) / r² there
 //! gaussian  exp(−(x² + y²) / 2σ²), cut off and normalised at x² + y² = r², σ = r / 3
@@ -18,7 +19,7 @@ use glam::Vec2;
 
 choices! {
     /// Shape of a pixel filter.
-    #[derive(clap::ValueEnum)]
+    #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
     pub enum FilterShape default Box {
         /// Every position of a square counts alike; the pixel itself with radius ½.
         Box = "box",

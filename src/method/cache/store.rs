@@ -189,7 +189,8 @@ pub fn load(path: &Path, key: &Key) -> Result<Vec<CacheRecord>> {
             path,
             None,
             format!(
-                "record {i} is damaged: a number is not finite or out of range; render without --load-cache"
+                "record {i} is damaged: a number is not finite or out of range; render without \
+                 --load-cache"
             ),
         )
     };

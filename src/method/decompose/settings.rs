@@ -36,22 +36,8 @@ choices! {
         /// No sum over cells: `near_rays` cosine-distributed rays of length alpha find what is near
         /// and seen, as a difference against the SH.
         Rays = "rays",
-        /// The sum over cells, with the share of each that its cluster sees; rays where a cell seen
-        /// in part matters.
-        TrianglesRays = "triangles+rays",
         /// No near sum at all: the far field alone.
         Off = "off",
-    }
-}
-
-choices! {
-    /// What happens where near cells cover more than the hemisphere.
-    pub enum Overlap default Scale {
-        /// The near update is scaled down until it covers no more than the hemisphere and takes no
-        /// more than the far field holds.
-        Scale = "scale",
-        /// The plain sum (the course).
-        Keep = "keep",
     }
 }
 
@@ -109,9 +95,6 @@ section! {
         near_visibility: NearVisibility = NearVisibility::Rays;
         /// Rays per shading point with `near_visibility = "rays"`.
         near_rays: u32 = 16, in from(1.0).to(65_536.0), unit "rays";
-        /// With `near_visibility = "triangles+rays"`: share of the far irradiance below which a
-        /// cell seen in part is not tested.
-        near_tolerance: f32 = 0.01;
         /// What the noise of near rays sticks to when the camera moves.
         near_noise: Option<NearNoise> = None,
             follows "the command: world where nearfar fly shares work between frames, else point";
@@ -120,8 +103,6 @@ section! {
             in from(0.0).to(64.0), unit "pixels";
         /// Reach of the filter as a fraction of the mean distance to what is near.
         near_filter_reach: f32 = 0.12, in above(0.0);
-        /// Rule for overlapping near cells.
-        overlap: Overlap = Overlap::Scale;
     }
 }
 
@@ -165,10 +146,7 @@ impl DecomposeSettings {
 
     /// Whether pass 3 sums over cells, and so needs the tree of them.
     pub fn sums_cells(&self) -> bool {
-        matches!(
-            self.near_visibility,
-            NearVisibility::Assumed | NearVisibility::Traced | NearVisibility::TrianglesRays
-        )
+        matches!(self.near_visibility, NearVisibility::Assumed | NearVisibility::Traced)
     }
 
     /// The lengths in a scene of the given diagonal. Where alpha is 0 or infinite the others fall

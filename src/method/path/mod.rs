@@ -27,11 +27,13 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::method::Rendered;
+use crate::method::locations::Locations;
+use crate::method::{MethodStatistics, Rendered};
 use crate::run::{RayKind, Run};
 use crate::sampling::PixelFilter;
 use crate::settings::section;
 use crate::shading::World;
+pub use pixels::LAYERS;
 use pixels::Pixel;
 
 section! {
@@ -49,6 +51,15 @@ section! {
         /// Pixel filter: the one of `record.filter`.
         filter: PixelFilter = PixelFilter::default();
     }
+}
+
+/// What path tracing tells of its picture.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct PathStatistics {
+    /// Samples of the pixel that has fewest.
+    pub spp: u32,
+    /// Estimated relMSE of the picture's own noise.
+    pub noise_relmse: f64,
 }
 
 /// Pixels worked on as one task.
@@ -144,8 +155,6 @@ pub fn reference(
     film.header.insert(resume::KEY.into(), key);
     film.header.insert("nearfar.spp".into(), fewest.to_string());
     film.header.insert("nearfar.noise_relmse".into(), format!("{error:e}"));
-    let mut stats = serde_json::Map::new();
-    stats.insert("spp".into(), fewest.into());
-    stats.insert("noise_relmse".into(), error.into());
-    Ok(Rendered { film, stats, ..Rendered::default() })
+    let statistics = MethodStatistics::Path(PathStatistics { spp: fewest, noise_relmse: error });
+    Ok(Rendered { film, statistics, locations: Locations::default() })
 }
