@@ -20,6 +20,7 @@ mod path;
 mod photon;
 mod pixel_filter;
 mod points;
+mod proxy_gather;
 mod references;
 mod report;
 mod reuse;

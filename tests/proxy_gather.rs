@@ -16,21 +16,46 @@ use nearfar::tessellate::Side;
 use crate::photon::{gray, hollow_sphere, mean_indirect, quads, room, solved};
 
 /// A world seen by a wide camera at `eye`.
-fn world(meshes: Vec<Mesh>, materials: Vec<Material>, lights: Vec<Light>, eye: Vec3, target: Vec3) -> World {
-    let camera = Camera { eye, target, vfov_deg: 100.0, width: 128, height: 128, ..Camera::default() };
-    World::new(&Scene { meshes, materials, lights, camera, ..Scene::default() }, Backend::Bvh, &Run::new(2).unwrap()).unwrap()
+fn world(
+    meshes: Vec<Mesh>,
+    materials: Vec<Material>,
+    lights: Vec<Light>,
+    eye: Vec3,
+    target: Vec3,
+) -> World {
+    let camera =
+        Camera { eye, target, vfov_deg: 100.0, width: 128, height: 128, ..Camera::default() };
+    World::new(
+        &Scene { meshes, materials, lights, camera, ..Scene::default() },
+        Backend::Bvh,
+        &Run::new(2).unwrap(),
+    )
+    .unwrap()
 }
 
 fn gather() -> PhotonSettings {
-    PhotonSettings { estimate: Estimate::Gather, count: 2000, direct_samples: 16, gather_rays: 32, ..PhotonSettings::default() }
+    PhotonSettings {
+        estimate: Estimate::Gather,
+        count: 2000,
+        direct_samples: 16,
+        gather_rays: 32,
+        ..PhotonSettings::default()
+    }
 }
 
 #[test]
 fn furnace() {
     let (le, albedo) = (2.0, 0.6);
     let walls = quads(&room(Vec3::ZERO, Vec3::ONE), 0, Sides::One);
-    let w = world(vec![walls], vec![Material { emission: Rgb::splat(le), ..gray(albedo) }], Vec::new(), Vec3::splat(0.5), Vec3::X);
-    let (cells, r, stats) = solved(&w, 0.2, &PhotonSettings { direct_samples: 2048, ..gather() }, 2);
+    let w = world(
+        vec![walls],
+        vec![Material { emission: Rgb::splat(le), ..gray(albedo) }],
+        Vec::new(),
+        Vec3::splat(0.5),
+        Vec3::X,
+    );
+    let (cells, r, stats) =
+        solved(&w, 0.2, &PhotonSettings { direct_samples: 2048, ..gather() }, 2);
     assert_eq!(stats.gathered, cells.len(), "everything is seen, backs are not");
     assert!(stats.residual < 1e-3 && stats.sweeps < gather().gather_sweeps);
     let expected = albedo * PI * le / (1.0 - albedo);
@@ -49,8 +74,10 @@ fn furnace() {
 #[test]
 fn integrating_sphere() {
     let (albedo, radius, intensity) = (0.75, 2.0, 3.0);
-    let lamp = Light::Point { position: Vec3::new(0.7, -0.4, 0.9), intensity: Rgb::splat(intensity) };
-    let w = world(vec![hollow_sphere(24, radius)], vec![gray(albedo)], vec![lamp], Vec3::ZERO, Vec3::X);
+    let lamp =
+        Light::Point { position: Vec3::new(0.7, -0.4, 0.9), intensity: Rgb::splat(intensity) };
+    let w =
+        world(vec![hollow_sphere(24, radius)], vec![gray(albedo)], vec![lamp], Vec3::ZERO, Vec3::X);
     let expected = albedo * intensity / (radius * radius * (1.0 - albedo));
     let (cells, r, stats) = solved(&w, 0.5, &gather(), 2);
     assert_eq!(stats.gathered, cells.len());
@@ -58,7 +85,11 @@ fn integrating_sphere() {
     let mean = mean_indirect(&cells, &r, Side::Front).x;
     assert!((mean / expected - 1.0).abs() < 0.012, "{mean} {expected}");
     for c in 0..cells.len() as u32 {
-        assert!((r.indirect(c, Side::Front).x / expected - 1.0).abs() < 0.25, "{}", r.indirect(c, Side::Front).x / expected);
+        assert!(
+            (r.indirect(c, Side::Front).x / expected - 1.0).abs() < 0.25,
+            "{}",
+            r.indirect(c, Side::Front).x / expected
+        );
     }
 }
 
@@ -71,8 +102,15 @@ fn a_dark_room_stays_dark() {
     walls.extend(room(Vec3::X, Vec3::new(2.0, 1.0, 1.0)));
     let lamp = Light::Point { position: Vec3::new(0.5, 0.6, 0.4), intensity: Rgb::ONE };
     for eye in [0.5, 1.5] {
-        let w = world(vec![quads(&walls, 0, Sides::Two)], vec![gray(0.7)], vec![lamp.clone()], Vec3::new(eye, 0.5, 0.5), Vec3::new(eye, 1.0, 0.6));
-        let (cells, r, stats) = solved(&w, 0.1, &PhotonSettings { max_radius: 0.02, ..gather() }, 2);
+        let w = world(
+            vec![quads(&walls, 0, Sides::Two)],
+            vec![gray(0.7)],
+            vec![lamp.clone()],
+            Vec3::new(eye, 0.5, 0.5),
+            Vec3::new(eye, 1.0, 0.6),
+        );
+        let (cells, r, stats) =
+            solved(&w, 0.1, &PhotonSettings { max_radius: 0.02, ..gather() }, 2);
         assert!(stats.gathered * 3 > cells.len(), "{} of {}", stats.gathered, cells.len());
         let mut sums = [0.0; 2];
         for c in 0..cells.len() as u32 {
@@ -106,7 +144,12 @@ fn path(w: &World, start: &Surface, rng: &mut Rng) -> f32 {
         let wi = Frame::from_normal(s.ns).world_from_local(sample_cosine_hemisphere(rng.next_2d()));
         let Some(hit) = w.closest(&s.ray(wi, w.diagonal)) else { break };
         beta *= hit.albedo.x;
-        sum += beta * direct_irradiance(w, hit.p, hit.ng, hit.ns, 1, &mut |_| (rng.next_f32(), rng.next_2d())).0.x;
+        sum += beta
+            * direct_irradiance(w, hit.p, hit.ng, hit.ns, 1, &mut |_| {
+                (rng.next_f32(), rng.next_2d())
+            })
+            .0
+            .x;
         s = hit;
     }
     sum
@@ -117,11 +160,26 @@ fn buried_area_does_not_dilute() {
     // A box of one cell per triangle stands with its lower half in the floor.
     let (low, high) = (Vec3::new(0.7, 0.8, -0.3), Vec3::new(1.3, 1.4, 0.3));
     let outwards: Vec<_> = room(low, high).into_iter().map(|(c, a, b)| (c, b, a)).collect();
-    let meshes = vec![quads(&room(Vec3::ZERO, Vec3::new(2.0, 2.0, 1.5)), 0, Sides::One), quads(&outwards, 0, Sides::Two)];
+    let meshes = vec![
+        quads(&room(Vec3::ZERO, Vec3::new(2.0, 2.0, 1.5)), 0, Sides::One),
+        quads(&outwards, 0, Sides::Two),
+    ];
     let lamp = Light::Point { position: Vec3::new(0.4, 0.5, 1.2), intensity: Rgb::ONE };
-    let w = world(meshes, vec![gray(0.6)], vec![lamp], Vec3::new(0.1, 0.1, 1.0), Vec3::new(1.0, 1.0, 0.3));
+    let w = world(
+        meshes,
+        vec![gray(0.6)],
+        vec![lamp],
+        Vec3::new(0.1, 0.1, 1.0),
+        Vec3::new(1.0, 1.0, 0.3),
+    );
     let found = |estimate| {
-        let settings = PhotonSettings { estimate, gather_rays: 512, count: 200_000, neighbours: 100, ..gather() };
+        let settings = PhotonSettings {
+            estimate,
+            gather_rays: 512,
+            count: 200_000,
+            neighbours: 100,
+            ..gather()
+        };
         let (cells, r, _) = solved(&w, 0.9, &settings, 2);
         let mut rng = Rng::new(4, Stream::Test, 0, 0);
         let (mut sum, mut truth) = (0.0, 0.0);
@@ -136,7 +194,17 @@ fn buried_area_does_not_dilute() {
                 let b = sample_triangle(rng.next_2d());
                 let a = w.geometry.surface(triangle, b.x, b.y);
                 if a.p.z > 0.0 {
-                    let s = Surface { p: a.p, ng: a.ng, ns: a.ns, albedo: a.albedo, le: Rgb::ZERO, triangle, u: b.x, v: b.y, side: Side::Front };
+                    let s = Surface {
+                        p: a.p,
+                        ng: a.ng,
+                        ns: a.ns,
+                        albedo: a.albedo,
+                        le: Rgb::ZERO,
+                        triangle,
+                        u: b.x,
+                        v: b.y,
+                        side: Side::Front,
+                    };
                     e += path(&w, &s, &mut rng);
                     area += 1.0;
                 }
@@ -156,7 +224,13 @@ fn buried_area_does_not_dilute() {
 #[test]
 fn same_bits_for_any_thread_count() {
     let lights = vec![Light::Point { position: Vec3::new(0.5, 0.6, 0.4), intensity: Rgb::ONE }];
-    let w = world(vec![quads(&room(Vec3::ZERO, Vec3::ONE), 0, Sides::One)], vec![gray(0.6)], lights, Vec3::splat(0.5), Vec3::X);
+    let w = world(
+        vec![quads(&room(Vec3::ZERO, Vec3::ONE), 0, Sides::One)],
+        vec![gray(0.6)],
+        lights,
+        Vec3::splat(0.5),
+        Vec3::X,
+    );
     let (_, one, stats) = solved(&w, 0.05, &gather(), 1);
     assert!(stats.gathered > 1000);
     for threads in [2, 8] {
