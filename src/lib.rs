@@ -13,7 +13,8 @@
 //! | [`error`], [`run`] (0) | failures with file, line and fix; progress, cancel, warnings, threads |
 //! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
 //! | [`ffi`] (1) | the borders to C, the only folder with unsafe code: Embree, Open Image Denoise |
-//! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures; built-in parametric scenes |
+//! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures |
+//! | [`builtin`] (3) | scenes made by code: names and parameters → meshes and materials |
 //! | [`load`] (3) | OBJ/MTL, cages, curves, scene TOML, images → [`scene::Scene`], whose surfaces are triangles |
 //! | [`tessellate`] (3) | cages and curves → meshes; `Scene` → [`tessellate::Geometry`] (world-space triangles) → [`tessellate::Cells`] (small pieces for the near sum) |
 //! | [`accel`] (4) | `Geometry` → [`accel::RayQuery`]: Embree, pure-Rust BVH, brute force |
@@ -24,7 +25,10 @@
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
 //! | [`points`] (6) | `Geometry` → `Cloud` of discs → hierarchy → occlusion and irradiance without rays |
 //! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, points, local-correction, direct, photon-map, converge: siblings |
-//! | [`config`], [`report`], [`cli`] (8–9) | settings, comparison and benchmark tables, the command line |
+//! | [`compare`] (7) | a picture and its reference → errors, by octave of size too; FLIP; flicker |
+//! | [`bench`] (8) | backends, methods and the parts of an error, measured side by side |
+//! | [`page`], [`export`], [`info`] (8) | HTML pages; scenes for other renderers; what a scene holds |
+//! | [`config`], [`cli`] (8–9) | settings, the command line |
 //!
 //! Imports go from higher rank to lower; `tests/architecture.rs` checks it.
 //!
@@ -57,20 +61,25 @@
 )]
 
 pub mod accel;
+pub mod bench;
+pub mod builtin;
 pub mod cli;
+pub mod compare;
 pub mod config;
 pub mod denoise;
 pub mod error;
+pub mod export;
 pub mod ffi;
 pub mod film;
+pub mod info;
 pub mod load;
 pub mod math;
 pub mod method;
+pub mod page;
 pub mod photon;
 pub mod points;
 pub mod radiometry;
 pub mod record;
-pub mod report;
 pub mod run;
 pub mod sampling;
 pub mod scene;

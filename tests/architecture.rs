@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Rooms that may be imported by rooms of the same or a higher rank.
-const RANKS: [(&str, u32); 21] = [
+const RANKS: &[(&str, u32)] = &[
     ("error", 0),
     ("run", 0),
     ("ffi", 1),
@@ -13,6 +13,7 @@ const RANKS: [(&str, u32); 21] = [
     ("sh", 1),
     ("radiometry", 1),
     ("scene", 2),
+    ("builtin", 3),
     ("load", 3),
     ("tessellate", 3),
     ("accel", 4),
@@ -24,7 +25,11 @@ const RANKS: [(&str, u32); 21] = [
     ("points", 6),
     ("method", 7),
     ("config", 8),
-    ("report", 8),
+    ("compare", 7),
+    ("bench", 8),
+    ("page", 8),
+    ("export", 8),
+    ("info", 8),
     ("cli", 9),
 ];
 

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
+use nearfar::page::viewer::{Table, write_page};
 use nearfar::points::{Cloud, write_cloud};
 use nearfar::radiometry::Rgb;
-use nearfar::report::viewer::{Table, write_page};
 use nearfar::run::Run;
 
 use crate::support::browser::Page;

@@ -7,8 +7,8 @@ use clap::Args;
 use super::check_writable;
 use crate::error::{Error, Result};
 use crate::film::{Film, read_exr, write_png_rgb};
+use crate::page::viewer::{Table, write_page};
 use crate::radiometry::Rgb;
-use crate::report::viewer::{Table, write_page};
 use crate::run::Run;
 use crate::sampling::hash64;
 

@@ -22,10 +22,11 @@ use super::scene_file::{
 };
 use super::shape::{Shape, curve_settings};
 use super::validate::{MAX_DIAGONAL, bounds, check_camera, check_lens, framing};
+use crate::builtin;
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::radiometry::Rgb;
-use crate::scene::{Camera, Environment, Light, Material, TextureId, builtin};
+use crate::scene::{Camera, Environment, Light, Material, TextureId};
 use crate::tessellate::CurveSettings;
 
 /// What is put together, and where messages point.

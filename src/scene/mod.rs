@@ -3,7 +3,6 @@
 //! Lengths are in the file's units. Directions and normals are unit unless said. Surfaces are
 //! two-sided diffuse; radiosity is stored per side.
 
-pub mod builtin;
 mod cage;
 mod camera;
 mod camera_path;

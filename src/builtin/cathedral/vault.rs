@@ -13,7 +13,7 @@ use super::arch::Pointed;
 use super::masonry::chance;
 use super::sweep::rib;
 use super::{RIB_TINTS, Segments, WEB};
-use crate::scene::builtin::solid::Solids;
+use crate::builtin::solid::Solids;
 
 const PROFILE: Pointed = Pointed { half: 1.0, sharp: 1.5 };
 

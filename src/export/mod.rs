@@ -139,7 +139,8 @@ fn save(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Mesh, builtin};
+    use crate::builtin;
+    use crate::scene::Mesh;
 
     #[test]
     fn every_file_named_is_there_and_of_the_size_its_header_promises() {

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::masonry::chance;
 use super::sweep::block;
 use super::{AISLE_FACE, CLOTH, LENGTH, NAVE, OAK, Segments, TILES, TINTS, WOOD};
-use crate::scene::builtin::solid::Solids;
+use crate::builtin::solid::Solids;
 
 /// Bevelled tiles: chequered in the nave, mixed stone in the aisles.
 pub(super) fn floor(s: &mut Solids, detail: f32) {

@@ -23,7 +23,7 @@ pub use slats::{SlatsParameters, slats};
 pub use study::{StudyParameters, study};
 pub use subdivision::{SubdivisionParameters, subdivision};
 
-use super::{Cage, Curves, Material, Mesh};
+use crate::scene::{Cage, Curves, Material, Mesh};
 
 /// Surfaces whose material indices refer to `materials`.
 #[derive(Clone, Debug, Default)]
@@ -60,7 +60,8 @@ pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, Strin
         "subdivision" => subdivision(&read(parameters)?)?,
         _ => {
             return Err(format!(
-                "there is no builtin \"{name}\"; there are: atrium, cathedral, foliage, fur, hairball, interior, slats, study, subdivision"
+                "there is no builtin \"{name}\"; there are: atrium, cathedral, foliage, fur, hairball, \
+                 interior, slats, study, subdivision"
             ));
         }
     };

@@ -10,7 +10,7 @@ use glam::{Vec2, Vec3};
 
 use super::parts::banded;
 use super::{BAY, COURT, LIMESTONE, MARBLE, PLASTER, SANDSTONE, STOREYS, Side, UPPER_FLOOR};
-use crate::scene::builtin::solid::Solids;
+use crate::builtin::solid::Solids;
 
 /// From the arcade's middle to that of the gallery's clear width.
 const MIDDLE: f32 = 1.6;

@@ -8,8 +8,8 @@ use super::{
     BAY, LIMESTONE, MARBLE, OCHRE, PLASTER, POMPEIAN, SANDSTONE, Side, Storey, TILE_DARK,
     UPPER_FLOOR,
 };
-use crate::scene::builtin::cloth::cloth;
-use crate::scene::builtin::solid::Solids;
+use crate::builtin::cloth::cloth;
+use crate::builtin::solid::Solids;
 
 /// Half the thickness of an arcade's wall.
 const HALF_WALL: f32 = 0.22;

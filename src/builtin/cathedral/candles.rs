@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 
 use super::sweep::block;
 use super::{AISLE_FACE, AISLE_SPRING, BAY, BAYS, BRASS, FLAME, Segments, VAULT_SPRING, WAX, WOOD};
-use crate::scene::builtin::solid::Solids;
+use crate::builtin::solid::Solids;
 
 /// Height of the hanging hoops.
 const HOOP: f32 = 5.9;

@@ -11,7 +11,7 @@ use super::{
     AISLE_FACE, AISLE_ROOF, AISLE_SPRING, ARCADE_TOP, BAY, BAYS, HALF_WALL, LENGTH, NAVE,
     RIB_TINTS, ROOF, STONE, Segments, TINTS, TRIFORIUM_TOP, VAULT_SPRING, column,
 };
-use crate::scene::builtin::solid::Solids;
+use crate::builtin::solid::Solids;
 
 const ARCH: Pointed = Pointed { half: 1.78, sharp: 1.8 };
 

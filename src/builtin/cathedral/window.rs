@@ -8,7 +8,7 @@ use super::arch::Pointed;
 use super::sweep::{Plane, moulding, polyline, roll};
 use super::wall::voussoirs;
 use super::{RIB_TINTS, Segments};
-use crate::scene::builtin::solid::Solids;
+use crate::builtin::solid::Solids;
 
 /// Section of a tracery bar: (across, depth), a chamfered bar with a roll's nose on both faces.
 fn bar(scale: f32, segments: &Segments) -> Vec<Vec2> {

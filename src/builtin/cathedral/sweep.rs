@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::scene::builtin::solid::Solids;
+use crate::builtin::solid::Solids;
 
 /// A wall's plane: across, up, and out of the wall.
 #[derive(Clone, Copy, Debug)]

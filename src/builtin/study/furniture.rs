@@ -7,9 +7,9 @@ use glam::{Vec2, Vec3};
 use super::{
     BLUE, CREAM, CURTAIN, CUSHION, GREEN, ORANGE, PLASTER, RUG, RUG_BORDER, SOFA, WALNUT, block,
 };
+use crate::builtin::cloth::cloth;
+use crate::builtin::solid::Solids;
 use crate::sampling::{Rng, Stream};
-use crate::scene::builtin::cloth::cloth;
-use crate::scene::builtin::solid::Solids;
 
 /// Height of the boards' upper face, less what makes things sink in a little.
 const FLOOR: f32 = 0.009;

@@ -11,7 +11,7 @@ use super::{
     AISLE_FACE, AISLE_ROOF, HALF_WALL, LENGTH, MARBLE, NAVE, ROOF, STONE, Segments, TINTS, WOOD,
     column,
 };
-use crate::scene::builtin::solid::Solids;
+use crate::builtin::solid::Solids;
 
 /// Height of the joint between the lower and the upper half.
 const MIDDLE: f32 = 11.7;

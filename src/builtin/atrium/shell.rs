@@ -6,8 +6,8 @@ use super::{
     COURT, GALLERY, JOINT, LIMESTONE, MARBLE, OCHRE, PAVING, PLASTER, POMPEIAN, ROOF, STOREYS,
     Side, TILE_DARK, TILE_LIGHT, TILE_ROSE, TILE_SLATE, UPPER_FLOOR, WOOD,
 };
+use crate::builtin::solid::Solids;
 use crate::sampling::{Rng, Stream};
-use crate::scene::builtin::solid::Solids;
 
 const WALL: f32 = 0.5;
 /// Depth of the doors' niches.

@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 
 use super::masonry::chance;
 use super::{MARBLE, RIB_TINTS, Segments, TINTS};
-use crate::scene::builtin::solid::Solids;
+use crate::builtin::solid::Solids;
 
 /// Points of a half-round moulding: from height `low`, `tall`, on radius `r`, bulging by `out`.
 fn torus(profile: &mut Vec<Vec2>, n: u32, low: f32, tall: f32, r: f32, out: f32) {

@@ -6,7 +6,7 @@ use std::f32::consts::{PI, TAU};
 use glam::{Vec2, Vec3};
 
 use super::{BAY, COURT, GALLERY, GLOW, IRON, ROOF, Side, UPPER_FLOOR};
-use crate::scene::builtin::solid::Solids;
+use crate::builtin::solid::Solids;
 
 /// Height of the globes above their floor.
 const HUNG: f32 = 2.75;

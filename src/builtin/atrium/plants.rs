@@ -9,8 +9,8 @@ use std::f32::consts::TAU;
 use glam::{Vec2, Vec3};
 
 use super::{COURT, EARTH, FROND, GALLERY, UPPER_FLOOR, WOOD};
+use crate::builtin::solid::Solids;
 use crate::sampling::{Rng, Stream};
-use crate::scene::builtin::solid::Solids;
 
 /// Feet and sizes: in the court's vases, and tubs of their own in the galleries' corners.
 fn places() -> impl Iterator<Item = (Vec3, f32, bool)> {
