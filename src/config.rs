@@ -13,12 +13,12 @@ use crate::error::{Error, Result};
 use crate::method::cache::CacheSettings;
 use crate::method::converge::ConvergeSettings;
 use crate::method::decompose::DecomposeSettings;
-use crate::method::gather::GatherSettings;
+use crate::method::final_gather::GatherSettings;
 use crate::method::local_correction::LocalSettings;
 use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
-use crate::photon::PhotonSettings;
 use crate::points::PointsSettings;
+use crate::proxy::PhotonSettings;
 use crate::record::RecordSettings;
 use crate::shading::DirectSettings;
 

@@ -4,8 +4,8 @@
 //! to one owned output:
 //!
 //! ```text
-//! files → Scene → Geometry → RayQuery → PhotonMap → Cells → ShadingPoints → Clusters → Film → files
-//!         load    tessellate  accel      photon    tessellate  method::decompose ───────→ film
+//! files → Scene → Geometry → RayQuery → Proxy → ShadingPoints → Clusters → Film → files
+//!         load    tessellate  accel     proxy    record  method::decompose → film
 //! ```
 //!
 //! | Room (rank) | In → out |
@@ -16,10 +16,10 @@
 //! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures |
 //! | [`builtin`] (3) | scenes made by code: names and parameters → meshes and materials |
 //! | [`load`] (3) | OBJ/MTL, cages, curves, scene TOML, images → [`scene::Scene`], whose surfaces are triangles |
-//! | [`tessellate`] (3) | cages and curves → meshes; `Scene` → [`tessellate::Geometry`] (world-space triangles) → [`tessellate::Cells`] (small pieces for the near sum) |
+//! | [`tessellate`] (3) | cages and curves → meshes; `Scene` → [`tessellate::Geometry`] (world-space triangles) |
 //! | [`accel`] (4) | `Geometry` → [`accel::RayQuery`]: Embree, pure-Rust BVH, brute force |
 //! | [`shading`] (5) | hit → surface; lights, direct light; [`shading::World`] |
-//! | [`photon`] (6) | `World` → `PhotonMap` → radiosity of cells: the proxy |
+//! | [`proxy`] (6) | `World` → [`proxy::Proxy`]: the light that leaves surfaces, read where rays land |
 //! | [`film`] (6) | layers → EXR, PNG |
 //! | [`denoise`] (6) | the finished picture denoised, by a library opened at run time |
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
@@ -76,8 +76,8 @@ pub mod load;
 pub mod math;
 pub mod method;
 pub mod page;
-pub mod photon;
 pub mod points;
+pub mod proxy;
 pub mod radiometry;
 pub mod record;
 pub mod run;

@@ -18,7 +18,7 @@ const RANKS: &[(&str, u32)] = &[
     ("tessellate", 3),
     ("accel", 4),
     ("shading", 5),
-    ("photon", 6),
+    ("proxy", 6),
     ("film", 6),
     ("denoise", 6),
     ("record", 6),

@@ -6,7 +6,7 @@ use nearfar::accel::Backend;
 use nearfar::method::cache::{
     Cache, CacheRecord, CacheSettings, Mode, fill_and_interpolate, render, store,
 };
-use nearfar::method::gather::gather;
+use nearfar::method::final_gather::gather;
 use nearfar::method::key::Key;
 use nearfar::method::stage::{Inputs, Stage};
 use nearfar::photon::{CellRadiosity, PhotonSettings, ProxyStats};

@@ -9,7 +9,7 @@ use nearfar::method::decompose::near::NearTree;
 use nearfar::method::decompose::reconstruct::{point, reconstruct};
 use nearfar::method::decompose::validity::{Sight, separate};
 use nearfar::method::decompose::{DecomposeSettings, Length, NearVisibility, prepare, render};
-use nearfar::method::gather::gather;
+use nearfar::method::final_gather::gather;
 use nearfar::method::stage::Inputs;
 use nearfar::photon::CellRadiosity;
 use nearfar::photon::Proxy;

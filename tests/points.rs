@@ -186,7 +186,7 @@ fn smaller_groups_bring_it_closer_to_all_elements_one_by_one() {
         ..PointsSettings::default()
     };
     let inputs = config.inputs(world.diagonal);
-    let proxy = nearfar::points::ProxyInputs { near_cell: inputs.near_cell, photon: inputs.photon };
+    let proxy = inputs.proxy();
     let cloud = bake(&world, &settings, proxy, 1, &run).unwrap();
     let tree = Hierarchy::new(&cloud, HitSides::Both).unwrap();
     let light = |solid_angle: f32| -> Vec<Rgb> {

@@ -13,7 +13,7 @@ use nearfar::method::decompose::{
 };
 use nearfar::method::key::Key;
 use nearfar::method::stage::Inputs;
-use nearfar::photon::PhotonSettings;
+use nearfar::proxy::PhotonSettings;
 use nearfar::record::RecordSettings;
 use nearfar::run::Run;
 use nearfar::scene::{Camera, Fingerprint, Light, Mesh, Scene, Sides};

@@ -25,9 +25,9 @@ use crate::method::decompose::interpolate::FarField;
 use crate::method::decompose::near::NearTree;
 use crate::method::decompose::reconstruct::{point, reconstruct};
 use crate::method::decompose::{DecomposeSettings, NearVisibility, Prepared, prepare};
-use crate::method::gather::gather;
+use crate::method::final_gather::gather;
 use crate::method::stage::Inputs;
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::radiometry::Rgb;
 use crate::record::{CameraSamples, ShadingPoints, camera_samples_where};
 use crate::run::{RayKind, Run};
@@ -56,7 +56,7 @@ pub struct Truth {
 
 struct Lattice<'a> {
     world: &'a World,
-    proxy: Proxy<'a>,
+    proxy: &'a Proxy,
     samples: CameraSamples,
     pixels: Vec<u32>,
     truth: Truth,
@@ -97,7 +97,7 @@ pub fn budget(
     };
     let lattice = Lattice {
         world,
-        proxy: prepared.stage.proxy(),
+        proxy: &prepared.stage.proxy,
         samples,
         pixels,
         truth,

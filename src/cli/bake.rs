@@ -11,7 +11,7 @@ use toml::Value;
 use super::options::SceneOptions;
 use super::{check_writable, statistics};
 use crate::error::{Error, Result};
-use crate::points::{ProxyInputs, RadiositySource, bake, bake_areas, write_cloud};
+use crate::points::{RadiositySource, bake, bake_areas, write_cloud};
 use crate::shading::World;
 
 /// Options of `nearfar bake`.
@@ -85,13 +85,7 @@ pub(super) fn write(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     let mut cloud = if none {
         bake_areas(&world, &config.points, &job.run)?.0
     } else {
-        bake(
-            &world,
-            &config.points,
-            ProxyInputs { near_cell: inputs.near_cell, photon: inputs.photon },
-            config.seed,
-            &job.run,
-        )?
+        bake(&world, &config.points, inputs.proxy(), config.seed, &job.run)?
     };
     if !args.channels.is_empty() {
         cloud.channels.retain(|c| args.channels.contains(&c.name));

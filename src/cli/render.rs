@@ -22,7 +22,7 @@ use crate::method::decompose::DecomposeSettings;
 use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
 use crate::method::{
-    Method, Rendered, cache, converge, decompose, direct, gather, local_correction, path,
+    Method, Rendered, cache, converge, decompose, direct, final_gather, local_correction, path,
     photon_map, points,
 };
 use crate::run::Run;
@@ -146,19 +146,12 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         Method::IrradianceCache => {
             with_cache(args, &job.scene, &world, &config.cache, inputs, &job.run)?
         }
-        Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
+        Method::Gather => final_gather::render(&world, &config.gather, inputs, &job.run)?,
         Method::Points => points::render(&world, &config.points, inputs, &job.run)?,
         Method::LocalCorrection => {
             local_correction::render(&world, &config.local, &config.record, config.seed, &job.run)?
         }
-        Method::PhotonMap => photon_map::render(
-            &world,
-            inputs.near_cell,
-            &config.photon,
-            &config.record,
-            config.seed,
-            &job.run,
-        )?,
+        Method::PhotonMap => photon_map::render(&world, inputs, &job.run)?,
         Method::Direct => {
             direct::render(&world, &config.record, &config.direct, config.seed, &job.run)?
         }
@@ -171,14 +164,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     }
     write_samples(args, &rendered)?;
     if let Some(path) = &args.photons {
-        photon_map::write_photons(
-            &world,
-            inputs.near_cell,
-            &config.photon,
-            config.seed,
-            path,
-            &job.run,
-        )?;
+        photon_map::write_photons(&world, inputs.proxy(), path, &job.run)?;
     }
     finish(&args.scene, &args.output, &name(args.method), &job, &world, rendered)
 }

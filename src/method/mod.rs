@@ -5,7 +5,7 @@ pub mod cache;
 pub mod converge;
 pub mod decompose;
 pub mod direct;
-pub mod gather;
+pub mod final_gather;
 pub mod key;
 pub mod local_correction;
 pub mod locations;

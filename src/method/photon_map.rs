@@ -10,33 +10,26 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::stage::Inputs;
 use super::{Rendered, ply};
 use crate::error::Result;
 use crate::film::Film;
 use crate::math::Ray;
-use crate::photon::{PhotonSettings, solve, trace};
+use crate::proxy::{Landing, Need, Proxy, ProxyInputs, photons};
 use crate::radiometry::Rgb;
-use crate::record::RecordSettings;
 use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream};
 use crate::shading::World;
-use crate::tessellate::{Cells, Side};
+use crate::tessellate::Side;
 
-/// Renders the proxy made of cells no longer than `near_cell` (scene units) with the samples of
-/// `record`.
+/// Renders the proxy with the camera samples of `inputs`.
 ///
 /// # Errors
 /// For settings out of range, [`crate::error::Error::Interrupted`].
-pub fn render(
-    world: &World,
-    near_cell: f32,
-    settings: &PhotonSettings,
-    record: &RecordSettings,
-    seed: u64,
-    run: &Run,
-) -> Result<Rendered> {
-    let cells = run.install(|| Cells::new(&world.geometry, near_cell))?;
-    let (proxy, stats) = solve(world, &cells, settings, seed, run)?;
+pub fn render(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+    let Inputs { record, seed, .. } = inputs;
+    let views = std::slice::from_ref(&world.camera);
+    let proxy = Proxy::new(world, inputs.proxy(), Need::Views(views), run)?;
     let (width, height) = (world.camera.width, world.camera.height);
     let (spp, filter) = (record.spp.max(1), record.pixel_filter());
     let phase = run.phase("reconstruct", u64::from(height));
@@ -63,9 +56,9 @@ pub fn render(
                                 sum[0] += world.lights.background(dir);
                                 continue;
                             };
-                            let cell = cells.find(s.triangle, s.u, s.v);
-                            sum[0] += s.le + proxy.get(cell, s.side) / std::f32::consts::PI;
-                            sum[1] += proxy.indirect(cell, s.side);
+                            let light = proxy.read(&Landing::from(&s));
+                            sum[0] += s.le + light.radiosity / std::f32::consts::PI;
+                            sum[1] += light.indirect;
                             sum[2] += s.albedo;
                         }
                         sum.map(|c| c / spp as f32)
@@ -89,11 +82,13 @@ pub fn render(
             .map(|i| {
                 let pixel = glam::Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
                 let ray = Ray::new(world.camera.eye, world.camera.direction(pixel));
-                world.closest(&ray).map_or(-1.0, |s| cells.find(s.triangle, s.u, s.v) as f32)
+                let piece = |s| proxy.read(&Landing::from(&s)).piece;
+                world.closest(&ray).map_or(-1.0, |s| piece(s).number() as f32)
             })
             .collect()
     });
     film.set("cell.id", ids);
+    let stats = proxy.stats();
     let stats = [
         ("cells", serde_json::json!(stats.cells)),
         ("photons", stats.photons.into()),
@@ -116,14 +111,7 @@ pub fn render(
 /// # Errors
 /// [`crate::error::Error::Io`] when the system refuses, [`crate::error::Error::Interrupted`], cells
 /// that do not fit memory.
-pub fn write_photons(
-    world: &World,
-    near_cell: f32,
-    settings: &PhotonSettings,
-    seed: u64,
-    path: &Path,
-    run: &Run,
-) -> Result<()> {
+pub fn write_photons(world: &World, inputs: ProxyInputs<'_>, path: &Path, run: &Run) -> Result<()> {
     #[derive(Serialize)]
     struct Row {
         x: f32,
@@ -141,8 +129,7 @@ pub fn write_photons(
         green: u8,
         blue: u8,
     }
-    let cells = run.install(|| Cells::new(&world.geometry, near_cell))?;
-    let photons = trace(world, &cells, settings.count, seed, run)?.photons;
+    let photons = photons(world, inputs, run)?.photons;
     let scale = ply::colour_scale(photons.iter().map(|p| p.flux));
     let rows = photons.iter().map(|p| {
         let ([x, y, z], [incident_x, incident_y, incident_z]) =
@@ -160,7 +147,7 @@ pub fn write_photons(
             flux_r,
             flux_g,
             flux_b,
-            cell: p.cell(),
+            cell: p.piece().number(),
             back,
             red,
             green,

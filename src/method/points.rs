@@ -18,8 +18,8 @@ use super::stage::Inputs;
 use crate::error::Result;
 use crate::math::{Frame, Ray};
 use crate::points::{
-    Cloud, Gathered, Hierarchy, PointsSettings, ProxyInputs, Receiver, Receivers, accessibility,
-    bake, gather_all, gather_some,
+    Cloud, Gathered, Hierarchy, PointsSettings, Receiver, Receivers, accessibility, bake,
+    gather_all, gather_some,
 };
 use crate::radiometry::Rgb;
 use crate::record::{CameraSamples, ShadingPoints, camera_samples};
@@ -105,13 +105,7 @@ pub fn render(
     inputs: Inputs<'_>,
     run: &Run,
 ) -> Result<Rendered> {
-    let cloud = bake(
-        world,
-        settings,
-        ProxyInputs { near_cell: inputs.near_cell, photon: inputs.photon },
-        inputs.seed,
-        run,
-    )?;
+    let cloud = bake(world, settings, inputs.proxy(), inputs.seed, run)?;
     render_cloud(world, &cloud, settings, inputs, run)
 }
 

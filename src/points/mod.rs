@@ -87,7 +87,7 @@ pub use element::{Channel, Cloud};
 pub use gather::{Gather, Receiver};
 pub use hierarchy::{Group, Hierarchy};
 pub use interpolate::{Receivers, gather_some};
-pub use radiosity::{ProxyInputs, accessibility, bake, bake_areas, element_irradiance, gather_all};
+pub use radiosity::{accessibility, bake, bake_areas, element_irradiance, gather_all};
 pub use raster::Gathered;
 pub use settings::{FalloffMode, HitSides, Overlap, PointsSettings, RadiositySource};
 pub use sum::{Accessibility, sum};

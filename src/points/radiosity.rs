@@ -25,21 +25,12 @@ use super::{
 };
 use crate::error::Result;
 use crate::math::offset_origin;
-use crate::photon::{PhotonSettings, solve};
+use crate::proxy::{Landing, Need, Proxy, ProxyInputs};
 use crate::radiometry::{MAX_ALBEDO, Rgb};
 use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream};
 use crate::shading::{Sky, World, direct_irradiance};
-use crate::tessellate::{Cells, Side};
-
-/// What the proxy needs for `radiosity = "photon"`.
-#[derive(Clone, Copy, Debug)]
-pub struct ProxyInputs<'a> {
-    /// Longest edge of a cell, scene units.
-    pub near_cell: f32,
-    /// The proxy.
-    pub photon: &'a PhotonSettings,
-}
+use crate::tessellate::Side;
 
 /// Elements are put in about this many groups, of 8 to 64, for bounces on them.
 const GROUPS: usize = 8192;
@@ -84,7 +75,7 @@ pub fn bake_areas(
 /// `emission`.
 ///
 /// # Errors
-/// For settings out of range, as [`dice`] and [`solve`], [`crate::error::Error::Interrupted`].
+/// For settings out of range, as [`dice`] and [`Proxy::new`], [`crate::error::Error::Interrupted`].
 pub fn bake(
     world: &World,
     settings: &PointsSettings,
@@ -106,13 +97,14 @@ pub fn bake(
     );
     match settings.radiosity {
         RadiositySource::Photon => {
-            let cells = run.install(|| Cells::new(&world.geometry, proxy.near_cell))?;
-            let (radiosity, _) = solve(world, &cells, proxy.photon, seed, run)?;
-            for (i, piece) in pieces.iter().enumerate() {
-                let b = piece.at(glam::Vec2::splat(0.5));
-                let cell = cells.find(piece.triangle, b.x, b.y);
-                for (side, leaving) in [Side::Front, Side::Back].into_iter().zip(&mut leaving) {
-                    leaving[i] += albedo[i] * radiosity.indirect(cell, side);
+            let views = std::slice::from_ref(&world.camera);
+            let inputs = ProxyInputs { seed, ..proxy };
+            let proxy = Proxy::new(world, inputs, Need::Views(views), run)?;
+            for (i, &Piece { triangle, .. }) in pieces.iter().enumerate() {
+                let b = pieces[i].at(glam::Vec2::splat(0.5));
+                for (side, leaving) in Side::BOTH.into_iter().zip(&mut leaving) {
+                    let landing = Landing { triangle, u: b.x, v: b.y, side };
+                    leaving[i] += albedo[i] * proxy.read(&landing).indirect;
                 }
             }
         }

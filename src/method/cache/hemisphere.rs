@@ -18,7 +18,7 @@
 use glam::{Vec2, Vec3};
 
 use crate::math::{Frame, Ray};
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::radiometry::Rgb;
 use crate::sampling::{Rng, Stream};
 use crate::shading::World;
@@ -93,7 +93,7 @@ impl Hemisphere {
     /// Shoots one ray a stratum.
     pub fn shoot(
         world: &World,
-        proxy: Proxy<'_>,
+        proxy: &Proxy,
         p: Vec3,
         ng: Vec3,
         frame: &Frame,

@@ -19,7 +19,7 @@ use glam::{DVec3, Vec3};
 use super::hemisphere::{Grid, Hemisphere};
 use super::{hessian, ward};
 use crate::math::Frame;
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::radiometry::Rgb;
 use crate::shading::World;
 
@@ -88,7 +88,7 @@ impl Default for MeasureSettings {
 /// [`measure_with`] the default settings.
 pub fn measure(
     world: &World,
-    proxy: Proxy<'_>,
+    proxy: &Proxy,
     p: Vec3,
     ng: Vec3,
     ns: Vec3,
@@ -114,7 +114,7 @@ pub fn measure(
 /// Measures the record at `p` (already lifted off the surface). Keyed by (seed, element).
 pub fn measure_with(
     world: &World,
-    proxy: Proxy<'_>,
+    proxy: &Proxy,
     p: Vec3,
     ng: Vec3,
     ns: Vec3,

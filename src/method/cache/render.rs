@@ -27,7 +27,7 @@ pub fn fill_and_interpolate(
     seed: u64,
     run: &Run,
 ) -> Result<Vec<Rgb>> {
-    cache.fill(world, stage.proxy(), &stage.samples, settings.rays, seed, run)?;
+    cache.fill(world, &stage.proxy, &stage.samples, settings.rays, seed, run)?;
     let points = &stage.samples.points;
     let blended = interpolate(world, cache, points, settings, run)?;
     // Few or none: points that no record reaches, measured by themselves.
@@ -35,7 +35,7 @@ pub fn fill_and_interpolate(
         let (p, ng, ns) = (points.p[i], points.ng[i], points.ns[i]);
         let measured = measure(
             world,
-            stage.proxy(),
+            &stage.proxy,
             p,
             ng,
             ns,

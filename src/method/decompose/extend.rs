@@ -21,7 +21,7 @@ use super::alpha::adaptive;
 use super::cluster::{Clusters, cluster};
 use super::{AlphaMode, DecomposeSettings, Lengths, far, validity};
 use crate::error::Result;
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::record::ShadingPoints;
 use crate::run::Run;
 use crate::sampling::hash64;
@@ -82,7 +82,7 @@ impl<'a> Cover<'a> {
 /// [`crate::error::Error::Interrupted`].
 pub fn extend(
     world: &World,
-    proxy: Proxy<'_>,
+    proxy: &Proxy,
     points: &ShadingPoints,
     mut chosen: Vec<u32>,
     clusters: &mut Clusters,

@@ -25,7 +25,7 @@ use super::validity::Sight;
 use super::{DecomposeSettings, NearHits, membership};
 use crate::error::Result;
 use crate::math::{Frame, Ray};
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::record::ShadingPoints;
 use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream, sample_uniform_hemisphere};
@@ -38,7 +38,7 @@ use crate::shading::World;
 /// [`crate::error::Error::Interrupted`].
 pub fn sample(
     world: &World,
-    proxy: Proxy<'_>,
+    proxy: &Proxy,
     points: &ShadingPoints,
     clusters: &Clusters,
     settings: &DecomposeSettings,
@@ -94,7 +94,7 @@ pub fn sample(
 /// SH from the given members' hemispheres alone; `element` keys the random numbers.
 pub fn sample_cluster(
     world: &World,
-    proxy: Proxy<'_>,
+    proxy: &Proxy,
     points: &ShadingPoints,
     members: &[u32],
     settings: &DecomposeSettings,
@@ -112,7 +112,7 @@ pub fn sample_cluster(
 /// What `settings.rays` rays from the given members find.
 fn shoot(
     world: &World,
-    proxy: Proxy<'_>,
+    proxy: &Proxy,
     points: &ShadingPoints,
     members: &[u32],
     settings: &DecomposeSettings,
@@ -148,10 +148,8 @@ fn shoot(
             continue;
         }
         let incident = proxy.incident(world, &ray);
-        let near = match (incident.cell, settings.near_hits) {
-            (Some(cell), NearHits::Damp) => {
-                membership(proxy.cells.centroids[cell as usize].distance(p), alpha)
-            }
+        let near = match (incident.piece, settings.near_hits) {
+            (Some(piece), NearHits::Damp) => membership(proxy.center(piece).distance(p), alpha),
             _ => 0.0,
         };
         hits.push(FarHit {

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::cluster::Clusters;
 use super::validity::Sight;
-use crate::photon::KdTree;
+use crate::math::KdTree;
 use crate::sh::ShRgb;
 
 /// Clusters with their SH, indexed by position.

@@ -14,7 +14,7 @@
 //!
 //! A masked cell counts by the fraction of it that exists.
 //!
-//! Input   [`crate::tessellate::Cells`], their radiosity. Output  [`NearSum`] at (x, N). Source
+//! Input   [`crate::proxy::Facet`]s. Output  [`NearSum`] at (x, N). Source
 //!         `[Course07]` "nearby geometry", `[Lambert60]`, `[Arvo95]`.
 //! Guarantees  the sum runs in tree order, whatever the thread. Cost  72 B a cell; tens of ns a
 //!             near cell.
@@ -25,7 +25,7 @@ use wide::f32x8;
 
 use super::near_sets::{SetEntry, TESTS};
 use crate::math::{Aabb, Ray};
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::radiometry::Rgb;
 use crate::sampling::{Rng, sample_triangle};
 use crate::sh::{MOMENTS, ShRgb, moments8};
@@ -121,17 +121,15 @@ fn middle(count: usize) -> usize {
 }
 
 /// Sorts ids into the tree's order: each node at the median of its widest axis.
-fn order(proxy: Proxy<'_>, ids: &mut [u32]) {
+fn order(proxy: &Proxy, ids: &mut [u32]) {
     if ids.len() <= 8 {
         return;
     }
-    let c = &proxy.cells.centroids;
-    let spread = Aabb::around(ids.iter().map(|&i| c[i as usize]));
+    let c = |i: u32| proxy.facet(i).centroid;
+    let spread = Aabb::around(ids.iter().map(|&i| c(i)));
     let axis = (spread.max - spread.min).max_position();
     let cut = middle(ids.len());
-    ids.select_nth_unstable_by(cut, |&a, &b| {
-        c[a as usize][axis].total_cmp(&c[b as usize][axis]).then(a.cmp(&b))
-    });
+    ids.select_nth_unstable_by(cut, |&a, &b| c(a)[axis].total_cmp(&c(b)[axis]).then(a.cmp(&b)));
     let (left, right) = ids.split_at_mut(cut);
     if right.len() > 2048 {
         rayon::join(|| order(proxy, left), || order(proxy, right));
@@ -154,8 +152,8 @@ fn leaves<'a>(ids: &'a [u32], out: &mut Vec<&'a [u32]>) {
 
 impl NearTree {
     /// Builds over all cells, with their present radiosity.
-    pub fn new(proxy: Proxy<'_>) -> Self {
-        let mut ids: Vec<u32> = (0..proxy.cells.len() as u32).collect();
+    pub fn new(proxy: &Proxy) -> Self {
+        let mut ids: Vec<u32> = (0..proxy.facet_count() as u32).collect();
         if ids.is_empty() {
             return Self { nodes: Vec::new(), blocks: Vec::new(), plane_tolerance: 0.0 };
         }
@@ -165,12 +163,12 @@ impl NearTree {
         let blocks: Vec<Block> = groups.par_iter().map(|ids| block(proxy, ids)).collect();
         let bounds: Vec<Aabb> = groups
             .par_iter()
-            .map(|ids| Aabb::around(ids.iter().flat_map(|&c| proxy.cells.corners[c as usize])))
+            .map(|ids| Aabb::around(ids.iter().flat_map(|&c| proxy.facet(c).corners)))
             .collect();
         let mut tree = Self {
             nodes: Vec::with_capacity(2 * blocks.len()),
             blocks,
-            plane_tolerance: 1e-3 * proxy.cells.near_cell,
+            plane_tolerance: 1e-3 * proxy.piece_size(),
         };
         tree.link(&mut bounds.iter(), ids.len());
         tree
@@ -480,7 +478,7 @@ fn cross(a: [F; 3], b: [F; 3]) -> [F; 3] {
     ]
 }
 
-fn block(proxy: Proxy<'_>, ids: &[u32]) -> Block {
+fn block(proxy: &Proxy, ids: &[u32]) -> Block {
     let id = |lane: usize| ids[lane.min(ids.len() - 1)];
     let lanes =
         |f: &dyn Fn(u32) -> f32| F::from(std::array::from_fn::<f32, 8, _>(|lane| f(id(lane))));
@@ -491,20 +489,20 @@ fn block(proxy: Proxy<'_>, ids: &[u32]) -> Block {
     };
     let side = |s| {
         std::array::from_fn(|k| {
-            lanes(&|c| proxy.radiosity.get(c, s)[k] * std::f32::consts::FRAC_1_PI)
+            lanes(&|c| proxy.facet(c).radiosity_of(s)[k] * std::f32::consts::FRAC_1_PI)
         })
     };
     Block {
         ids: std::array::from_fn(id),
         corners: std::array::from_fn(|v| {
-            std::array::from_fn(|k| lanes(&|c| proxy.cells.corners[c as usize][v][k]))
+            std::array::from_fn(|k| lanes(&|c| proxy.facet(c).corners[v][k]))
         }),
-        centroid: std::array::from_fn(|k| lanes(&|c| proxy.cells.centroids[c as usize][k])),
+        centroid: std::array::from_fn(|k| lanes(&|c| proxy.facet(c).centroid[k])),
         front: side(crate::tessellate::Side::Front),
         back: side(crate::tessellate::Side::Back),
-        one_sided: mask(&|lane| proxy.cells.one_sided[id(lane) as usize]),
+        one_sided: mask(&|lane| proxy.facet(id(lane)).one_sided),
         coverage: F::from(std::array::from_fn::<f32, 8, _>(|lane| {
-            if lane < ids.len() { proxy.radiosity.coverage(id(lane)) } else { 0.0 }
+            if lane < ids.len() { proxy.facet(id(lane)).coverage } else { 0.0 }
         })),
     }
 }

@@ -38,7 +38,7 @@ use super::near_rays::near_by_rays;
 use super::reconstruct::{alone, far_at};
 use super::{DecomposeSettings, NearNoise};
 use crate::error::Result;
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::record::ShadingPoints;
 use crate::run::{RayKind, Run};
 use crate::shading::World;
@@ -69,7 +69,7 @@ impl NearBoxes {
     pub fn at(
         &mut self,
         world: &World,
-        proxy: Proxy<'_>,
+        proxy: &Proxy,
         points: &ShadingPoints,
         field: &FarField<'_>,
         settings: &DecomposeSettings,

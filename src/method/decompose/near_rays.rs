@@ -14,7 +14,7 @@
 use super::filter::NearPart;
 use super::{DecomposeSettings, membership};
 use crate::math::{Frame, Ray};
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::radiometry::Rgb;
 use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere};
 use crate::sh::ShRgb;
@@ -27,7 +27,7 @@ use glam::Vec3;
 /// distance would keep the filter from averaging a whole window.
 pub fn near_by_rays(
     world: &World,
-    proxy: Proxy<'_>,
+    proxy: &Proxy,
     sh: &ShRgb,
     p: Vec3,
     ng: Vec3,
@@ -48,10 +48,10 @@ pub fn near_by_rays(
         }
         // A cell counts by its centroid's distance, which may be closer than the hit by up to one
         // cell.
-        let reach = alpha + proxy.cells.near_cell;
+        let reach = alpha + proxy.piece_size();
         let incident = proxy.incident(world, &Ray { t_max: reach, ..Ray::new(p, wi) });
-        let Some(cell) = incident.cell else { continue };
-        let m = membership(proxy.cells.centroids[cell as usize].distance(p), alpha);
+        let Some(piece) = incident.piece else { continue };
+        let m = membership(proxy.center(piece).distance(p), alpha);
         if m > 0.0 {
             sum += (incident.radiance - sh.radiance(wi)) * m;
             closeness += m / incident.t.max(footprint);

@@ -31,7 +31,7 @@ use super::DecomposeSettings;
 use super::cluster::Clusters;
 use super::near::NearTree;
 use crate::math::{Frame, Ray};
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::record::ShadingPoints;
 use crate::run::{RayKind, Run};
 use crate::sampling::{Rng, Sobol, Stream, sample_cosine_hemisphere, sample_triangle};
@@ -68,7 +68,7 @@ impl NearSets {
     /// Finds, suspects and tests; `reach` is how far from its centre a cluster serves.
     pub fn new(
         world: &World,
-        proxy: Proxy<'_>,
+        proxy: &Proxy,
         tree: &NearTree,
         points: &ShadingPoints,
         clusters: &Clusters,
@@ -103,7 +103,7 @@ impl NearSets {
 
 struct Builder<'a> {
     world: &'a World,
-    proxy: Proxy<'a>,
+    proxy: &'a Proxy,
     tree: &'a NearTree,
     points: &'a ShadingPoints,
     clusters: &'a Clusters,
@@ -127,15 +127,15 @@ impl Builder<'_> {
         self.tree.blocks_near(center, alpha + reach, n, slack, &mut |block, ids| {
             let mut share = [0u8; 8];
             for (s, &cell) in share.iter_mut().zip(ids) {
-                let corners = self.proxy.cells.corners[cell as usize];
-                let to = self.proxy.cells.centroids[cell as usize] - center;
+                let corners = self.proxy.facet(cell).corners;
+                let to = self.proxy.facet(cell).centroid - center;
                 let front = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
                 let area = front.length() * 0.5;
                 let high =
                     corners.iter().map(|&v| (v - center).dot(n)).fold(f32::NEG_INFINITY, f32::max)
                         > -slack;
-                let facing = !self.proxy.cells.one_sided[cell as usize]
-                    || front.dot(-to) > -2.0 * area * reach;
+                let facing =
+                    !self.proxy.facet(cell).one_sided || front.dot(-to) > -2.0 * area * reach;
                 if !high || !facing || to.length() > alpha + reach {
                     continue;
                 }
@@ -168,11 +168,11 @@ impl Builder<'_> {
                 let wi = Frame::from_normal(self.points.ns[m])
                     .world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 1)));
                 let ray = Ray {
-                    t_max: self.alpha + self.proxy.cells.near_cell,
+                    t_max: self.alpha + self.proxy.piece_size(),
                     ..Ray::new(self.points.p[m], wi)
                 };
                 if wi.dot(self.points.ng[m]) > 0.0 {
-                    self.proxy.incident(self.world, &ray).cell
+                    self.proxy.incident(self.world, &ray).piece.map(crate::proxy::Piece::number)
                 } else {
                     None
                 }
@@ -202,7 +202,7 @@ impl Builder<'_> {
                 corners[0] + (corners[1] - corners[0]) * uv.x + (corners[2] - corners[0]) * uv.y
                     - p;
             if to.dot(self.points.ng[m]) <= 0.0
-                || (self.proxy.cells.one_sided[cell as usize] && front.dot(to) >= 0.0)
+                || (self.proxy.facet(cell).one_sided && front.dot(to) >= 0.0)
             {
                 continue;
             }

@@ -22,8 +22,8 @@ use super::store::Known;
 use super::{DecomposeSettings, Prepared, extend};
 use crate::error::Result;
 use crate::math::{Ray, offset_origin};
-use crate::method::stage::{Inputs, Stage, cells};
-use crate::photon::{extend as extend_proxy, solve_for};
+use crate::method::stage::{Inputs, Stage};
+use crate::proxy::{Need, Proxy};
 use crate::record::{CameraSamples, ShadingPoints};
 use crate::run::{RayKind, Run};
 use crate::scene::Camera;
@@ -86,17 +86,14 @@ pub fn plan(
     let mut prepared = match known {
         Some(known) => {
             let mut prepared = Prepared::known(world, settings, inputs, known, run)?;
-            let Stage { cells, radiosity, .. } = &mut prepared.stage;
-            extend_proxy(world, cells, radiosity, inputs.photon, views, inputs.seed, run)?;
+            prepared.stage.proxy.need(world, Need::Views(views), run)?;
             prepared
         }
         None => {
             settings.validate()?;
             inputs.record.validate()?;
-            let cells = cells(world, inputs, run)?;
-            let (radiosity, proxy_stats) =
-                solve_for(world, &cells, inputs.photon, views, inputs.seed, run)?;
-            let stage = Stage { cells, radiosity, proxy_stats, samples: CameraSamples::default() };
+            let proxy = Proxy::new(world, inputs.proxy(), Need::Views(views), run)?;
+            let stage = Stage { proxy, samples: CameraSamples::default() };
             Prepared { stage, ..Prepared::empty(settings.lengths(world.diagonal)) }
         }
     };
@@ -105,7 +102,7 @@ pub fn plan(
     let Prepared { stage, clusters, sh, lengths, .. } = &mut prepared;
     let (_, seconds) = extend::extend(
         world,
-        stage.proxy(),
+        &stage.proxy,
         &points,
         all,
         clusters,

@@ -21,7 +21,7 @@ use glam::Vec3;
 use super::cluster::Clusters;
 use super::validity::Sight;
 use super::{DecomposeSettings, Lengths, membership};
-use crate::photon::KdTree;
+use crate::math::KdTree;
 use crate::radiometry::Rgb;
 use crate::sh::{Fit, ShRgb};
 

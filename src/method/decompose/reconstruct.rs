@@ -16,7 +16,7 @@ use super::near_rays::near_by_rays;
 use super::near_sets::{NearSets, SetEntry};
 use super::{DecomposeSettings, NearIntegral, NearVisibility, Overlap};
 use crate::error::Result;
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::radiometry::Rgb;
 use crate::record::ShadingPoints;
 use crate::run::{RayKind, Run};
@@ -111,7 +111,7 @@ pub(super) fn alone(settings: &DecomposeSettings) -> DecomposeSettings {
 /// [`alone`] says where no cluster may serve.
 pub(super) fn far_at(
     world: &World,
-    proxy: Proxy<'_>,
+    proxy: &Proxy,
     points: &ShadingPoints,
     i: usize,
     field: &FarField<'_>,
@@ -137,7 +137,7 @@ pub(super) fn far_at(
 /// [`crate::error::Error::Interrupted`].
 pub fn reconstruct(
     world: &World,
-    proxy: Proxy<'_>,
+    proxy: &Proxy,
     points: &ShadingPoints,
     field: &FarField<'_>,
     tree: Option<&NearTree>,
@@ -155,7 +155,7 @@ pub fn reconstruct(
 /// As [`reconstruct`].
 pub fn reconstruct_with(
     world: &World,
-    proxy: Proxy<'_>,
+    proxy: &Proxy,
     points: &ShadingPoints,
     field: &FarField<'_>,
     tree: Option<&NearTree>,

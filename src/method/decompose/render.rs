@@ -15,8 +15,8 @@ use super::{DecomposeSettings, Lengths, NearVisibility};
 use crate::error::{Error, Result};
 use crate::method::Rendered;
 use crate::method::locations::Locations;
-use crate::method::stage::{Inputs, Stage, cells};
-use crate::photon::{self, Proxy, ProxyStats};
+use crate::method::stage::{Inputs, Stage};
+use crate::proxy::{Need, Proxy};
 use crate::radiometry::Rgb;
 use crate::record::{CameraSamples, camera_samples};
 use crate::run::Run;
@@ -103,22 +103,9 @@ impl Prepared {
     ) -> Result<Self> {
         settings.validate()?;
         inputs.record.validate()?;
-        let cells = cells(world, inputs, run)?;
-        if cells.len() != known.radiosity.len() {
-            return Err(Error::Render(format!(
-                "the loaded proxy has {} cells, the scene {}: render without --load-cache",
-                known.radiosity.len(),
-                cells.len()
-            )));
-        }
-        let proxy_stats = ProxyStats { cells: cells.len(), ..ProxyStats::default() };
         let clusters = known.clusters();
-        let stage = Stage {
-            cells,
-            radiosity: known.radiosity,
-            proxy_stats,
-            samples: CameraSamples::default(),
-        };
+        let proxy = Proxy::restore(world, inputs.proxy(), known.proxy, run)?;
+        let stage = Stage { proxy, samples: CameraSamples::default() };
         Ok(Self { stage, clusters, sh: known.sh, ..Self::empty(settings.lengths(world.diagonal)) })
     }
 
@@ -138,17 +125,8 @@ impl Prepared {
         self.sides_added = 0;
         self.sample_seconds = 0.0;
         if extend {
-            let stage = &mut self.stage;
             let views = std::slice::from_ref(&world.camera);
-            let more = photon::extend(
-                world,
-                &stage.cells,
-                &mut stage.radiosity,
-                inputs.photon,
-                views,
-                inputs.seed,
-                run,
-            )?;
+            let more = self.stage.proxy.need(world, Need::Views(views), run)?;
             self.sides_added = more.sides;
         }
         self.stage.samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
@@ -169,8 +147,7 @@ impl Prepared {
         run: &Run,
     ) -> Result<()> {
         self.earlier = self.clusters.len();
-        let Stage { cells, radiosity, samples, .. } = &self.stage;
-        let proxy = Proxy { cells, radiosity };
+        let Stage { proxy, samples } = &self.stage;
         let points = &samples.points;
         let stride = settings.record_stride;
         let chosen = |&i: &u32| {
@@ -256,7 +233,7 @@ pub fn picture_with(
     seed: u64,
     run: &Run,
 ) -> Result<Rendered> {
-    let (samples, proxy) = (&prepared.stage.samples, prepared.stage.proxy());
+    let (samples, proxy) = (&prepared.stage.samples, &prepared.stage.proxy);
     let tree = settings.sums_cells().then(|| {
         let _phase = run.phase("reconstruct", 1);
         run.install(|| NearTree::new(proxy))

@@ -25,7 +25,7 @@ use crate::error::{Error, Result};
 use crate::method::key::Key;
 use crate::method::ply::{self, Columns, Rows};
 use crate::method::stage::Inputs;
-use crate::photon::{CellRadiosity, Estimate};
+use crate::proxy::SavedProxy;
 use crate::radiometry::Rgb;
 use crate::scene::Fingerprint;
 use crate::sh::ShRgb;
@@ -56,7 +56,7 @@ const LEFT_OUT: [&str; 15] = [
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Known {
     /// The proxy.
-    pub radiosity: CellRadiosity,
+    pub proxy: SavedProxy,
     /// Clusters without members.
     pub clusters: Clusters,
     /// One a cluster.
@@ -69,7 +69,7 @@ impl Known {
         let Prepared { clusters, sh, stage, .. } = prepared;
         let mut clusters = clusters.clone();
         clusters.forget_members();
-        Self { radiosity: stage.radiosity.clone(), clusters, sh: sh.clone() }
+        Self { proxy: stage.proxy.saved(), clusters, sh: sh.clone() }
     }
 
     /// The clusters.
@@ -102,18 +102,13 @@ fn columns(bands: u32) -> [Columns; 2] {
         "x", "y", "z", "nx", "ny", "nz", "radius", "anchor_x", "anchor_y", "anchor_z", "scale",
     ]);
     vertex.extend((0..bands * bands).flat_map(|i| ["r", "g", "b"].map(|c| format!("sh_{i}_{c}"))));
-    let of = |quantity: &str| {
-        ["front", "back"]
-            .into_iter()
-            .flat_map(|side| ["r", "g", "b"].map(|c| format!("{quantity}_{side}_{c}")))
-            .collect::<Vec<_>>()
-    };
-    let mut cell = of("radiosity");
-    cell.extend(of("indirect"));
-    cell.push("coverage".into());
     [
         Columns { element: "vertex", floats: vertex, bytes: vec!["red", "green", "blue"] },
-        Columns { element: "cell", floats: cell, bytes: vec!["gathered"] },
+        Columns {
+            element: SavedProxy::ELEMENT,
+            floats: SavedProxy::floats(),
+            bytes: SavedProxy::BYTES.to_vec(),
+        },
     ]
 }
 
@@ -138,12 +133,8 @@ pub fn save(path: &Path, key: &Key, known: &Known, settings: &DecomposeSettings)
         let place = place.chain(c.anchor[i].to_array()).chain([c.scale_of(i)]);
         vertex.push(place.chain(coefficients), &ply::colour(e, scale));
     }
-    let r = &known.radiosity;
-    let gathered = |side: usize| r.gathered.get(side).is_some_and(|&g| g);
-    for i in 0..r.len() {
-        let sides = [r.front[i], r.back[i], r.indirect_front[i], r.indirect_back[i]];
-        let values = sides.into_iter().flat_map(|c| c.to_array()).chain([r.coverage(i as u32)]);
-        cell.push(values, &[u8::from(gathered(2 * i)) | u8::from(gathered(2 * i + 1)) << 1]);
+    for (floats, bytes) in known.proxy.rows() {
+        cell.push(floats, &bytes);
     }
     let [of_vertex, of_cell] = columns(settings.sh_bands);
     ply::write_elements(path, &key.comments(), &[(of_vertex, vertex), (of_cell, cell)])
@@ -190,22 +181,8 @@ pub fn load(
     if known.clusters.scale.iter().all(|&s| s == 1.0) {
         known.clusters.scale.clear();
     }
-    let (r, gather) = (&mut known.radiosity, inputs.photon.estimate == Estimate::Gather);
-    for (i, (v, flags)) in rows[1].iter(columns[1].floats.len(), 1).enumerate() {
-        if !v.iter().all(|x| x.is_finite() && *x >= 0.0) || flags[0] > 3 {
-            return Err(damaged("cell", i));
-        }
-        r.front.push(Vec3::from_slice(&v));
-        r.back.push(Vec3::from_slice(&v[3..]));
-        r.indirect_front.push(Vec3::from_slice(&v[6..]));
-        r.indirect_back.push(Vec3::from_slice(&v[9..]));
-        r.coverage.push(v[12]);
-        if gather {
-            r.gathered.extend([flags[0] & 1 != 0, flags[0] & 2 != 0]);
-        }
-    }
-    if r.coverage.iter().all(|&c| c == 1.0) {
-        r.coverage.clear();
-    }
+    let cells = rows[1].iter(columns[1].floats.len(), columns[1].bytes.len());
+    known.proxy = SavedProxy::from_rows(cells, inputs.photon)
+        .map_err(|row| damaged(SavedProxy::ELEMENT, row))?;
     Ok(known)
 }

@@ -1,35 +1,23 @@
-//! Cells: pieces of triangles no larger than `near_cell`, for the near sum and the proxy.
+//! Cells: pieces of triangles no larger than `near_cell`, what the proxy keeps its light on.
 //!
 //! Each triangle is bisected at the middle of its longest edge until no edge is longer than
 //! `near_cell`. The bisections form a binary tree per triangle; [`Cells::find`] walks it with the
 //! barycentrics of a hit, so a hit's cell follows from (triangle, u, v) alone.
 //!
-//! Input   [`Geometry`], `near_cell` (scene units). Output  cells in the order of their triangles.
-//! Guarantees  the cells of a triangle tile it; `find` returns the cell that holds the point; no
-//!             vertex is shared or welded, so ray geometry never changes. Not: a bound on the
-//!             aspect ratio beyond that of the triangle.
-//! Cost    O(cells) memory (48 B each + 8 B per bisection), O(log(cells of the triangle)) per
-//!         `find`.
+//! Cells stand in the order of their triangles. Those of a triangle tile it, and `find` returns the
+//! cell that holds the point. No vertex is shared or welded, so ray geometry never changes. The
+//! aspect ratio is not bounded beyond that of the triangle. A cell costs 48 B and a bisection 8 B;
+//! `find` takes O(log(cells of the triangle)).
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{Geometry, analyze_topology};
 use crate::error::{Error, Result};
 use crate::scene::Sides;
+use crate::tessellate::{Geometry, analyze_topology};
 
 /// Index of a cell.
-pub type CellId = u32;
-
-/// Which side of a triangle, by winding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[repr(u8)]
-pub enum Side {
-    /// The side the winding faces.
-    Front = 0,
-    /// The other.
-    Back = 1,
-}
+pub(super) type CellId = u32;
 
 /// A cell or a bisection: the high bit marks a cell, else bits 29–30 name the edge that is cut and
 /// the rest is the first of two children.
@@ -39,21 +27,21 @@ const MAX_CELLS: usize = 400_000_000;
 
 /// Small pieces of triangles.
 #[derive(Debug, Default)]
-pub struct Cells {
+pub(super) struct Cells {
     /// Root node of every triangle.
     roots: Vec<Node>,
     /// Children pairs.
     nodes: Vec<Node>,
     /// Corners of every cell; wound like their triangle.
-    pub corners: Vec<[Vec3; 3]>,
+    pub(super) corners: Vec<[Vec3; 3]>,
     /// Centroid of every cell.
-    pub centroids: Vec<Vec3>,
+    pub(super) centroids: Vec<Vec3>,
     /// Triangle of every cell.
-    pub triangle_of: Vec<u32>,
+    pub(super) triangle_of: Vec<u32>,
     /// Per cell: only the front exists (closed, consistently wound part, or `sides = "one"`).
-    pub one_sided: Vec<bool>,
+    pub(super) one_sided: Vec<bool>,
     /// Longest allowed edge, scene units.
-    pub near_cell: f32,
+    pub(super) near_cell: f32,
 }
 
 #[derive(Default)]
@@ -97,7 +85,7 @@ impl Cells {
     /// # Errors
     /// [`Error::Setting`] when `near_cell` is not positive or so small that the cells would not fit
     /// memory.
-    pub fn new(geometry: &Geometry, near_cell: f32) -> Result<Self> {
+    pub(super) fn new(geometry: &Geometry, near_cell: f32) -> Result<Self> {
         if near_cell.is_nan() || near_cell <= 0.0 {
             return Err(Error::setting(
                 "decompose.near_cell",
@@ -158,15 +146,11 @@ impl Cells {
     }
 
     /// Number of cells.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.corners.len()
     }
-    /// True without cells.
-    pub fn is_empty(&self) -> bool {
-        self.corners.is_empty()
-    }
     /// The cell at barycentrics (u, v) of a triangle.
-    pub fn find(&self, triangle: u32, u: f32, v: f32) -> CellId {
+    pub(super) fn find(&self, triangle: u32, u: f32, v: f32) -> CellId {
         let mut node = self.roots[triangle as usize];
         let mut b = [1.0 - u - v, u, v];
         while node & LEAF == 0 {
@@ -187,11 +171,11 @@ impl Cells {
         node & !LEAF
     }
     /// Unit normal of a cell's front.
-    pub fn normal(&self, geometry: &Geometry, cell: CellId) -> Vec3 {
+    pub(super) fn normal(&self, geometry: &Geometry, cell: CellId) -> Vec3 {
         geometry.face_normals[self.triangle_of[cell as usize] as usize]
     }
     /// Area of a cell.
-    pub fn area(&self, cell: CellId) -> f32 {
+    pub(super) fn area(&self, cell: CellId) -> f32 {
         let [a, b, c] = self.corners[cell as usize];
         (b - a).cross(c - a).length() * 0.5
     }

@@ -15,7 +15,7 @@ use super::Rendered;
 use super::stage::{Inputs, Stage};
 use crate::error::{Error, Result};
 use crate::math::{Frame, Ray};
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::radiometry::Rgb;
 use crate::record::ShadingPoints;
 use crate::run::{RayKind, Run};
@@ -56,7 +56,7 @@ impl GatherSettings {
 /// [`Error::Interrupted`].
 pub fn gather(
     world: &World,
-    proxy: Proxy<'_>,
+    proxy: &Proxy,
     points: &ShadingPoints,
     rays: u32,
     seed: u64,
@@ -105,7 +105,7 @@ pub fn render(
     settings.validate()?;
     let stage = Stage::new(world, inputs, run)?;
     let irradiance =
-        gather(world, stage.proxy(), &stage.samples.points, settings.rays, inputs.seed, run)?;
+        gather(world, &stage.proxy, &stage.samples.points, settings.rays, inputs.seed, run)?;
     let mut stats = stage.stats();
     stats.insert("rays_per_point".into(), settings.rays.into());
     Ok(Rendered { film: stage.samples.compose(&irradiance), stats, ..Rendered::default() })

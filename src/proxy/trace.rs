@@ -8,22 +8,25 @@
 //! flux is weighted by `(wi·ns) / (wi·ng)`, clamped to 4 (particles see the adjoint of the
 //! shading-normal surface `[Veach97]`).
 //!
-//! Inputs  [`World`], count, seed. Output  photons in the order of their paths, flux for the whole
-//!         count (already divided by it).
-//! Guarantee  bit-identical for any thread count: fixed blocks, ordered. Path i uses Sobol sample i
-//!            of one sequence, so any power-of-two prefix of paths is stratified over lights,
-//!            places and directions. Cost  about 1/(1 − ρ) rays a path.
+//! The input is [`Making`]; the output are photons in the order of their paths, with flux for the
+//! whole count (already divided by it). Blocks are fixed and ordered, so it is bit-identical for
+//! any thread count. Path i uses Sobol sample i of one sequence, so any power-of-two prefix of
+//! paths is stratified over lights, places and directions. A path costs about 1/(1 − ρ) rays.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::cell_side::CellSide;
+use super::cells::Cells;
+use super::making::Making;
+use super::{Piece, ProxyInputs};
 use crate::error::Result;
 use crate::math::Frame;
 use crate::radiometry::Rgb;
 use crate::run::{RayKind, Run};
 use crate::sampling::{Rng, Sobol, Stream, sample_cosine_hemisphere};
 use crate::shading::World;
-use crate::tessellate::{CellId, Cells, Side};
+use crate::tessellate::Side;
 
 const BLOCK: u32 = 4096;
 /// Bounces whose directions are stratified; later ones are random.
@@ -39,26 +42,26 @@ pub struct Photon {
     pub flux: Rgb,
     /// Unit direction it travelled in.
     pub incident: Vec3,
-    /// 2 · cell + side.
-    cell_side: u32,
+    /// What it arrived on.
+    on: CellSide,
 }
 
 impl Photon {
-    /// A photon on `side` of `cell`.
-    pub fn new(position: Vec3, flux: Rgb, incident: Vec3, cell: CellId, side: Side) -> Self {
-        Self { position, flux, incident, cell_side: 2 * cell + side as u32 }
+    /// A photon that arrived on a side.
+    pub(super) fn new(position: Vec3, flux: Rgb, incident: Vec3, on: CellSide) -> Self {
+        Self { position, flux, incident, on }
     }
-    /// Cell it lies in.
-    pub fn cell(&self) -> CellId {
-        self.cell_side / 2
+    /// What it arrived on.
+    pub(super) fn on(&self) -> CellSide {
+        self.on
+    }
+    /// Piece of surface that it lies in: the facet of this number.
+    pub fn piece(&self) -> Piece {
+        Piece(self.on.cell())
     }
     /// Side that was hit.
     pub fn side(&self) -> Side {
-        if self.cell_side & 1 == 0 { Side::Front } else { Side::Back }
-    }
-    /// 2 · cell + side.
-    pub fn cell_side(&self) -> usize {
-        self.cell_side as usize
+        self.on.side()
     }
 }
 
@@ -73,11 +76,23 @@ pub struct Traced {
     pub rays: u64,
 }
 
-/// Traces `count` paths (phase `photons`).
+/// The photons that the proxy of these inputs starts from (phase `photons`).
+///
+/// # Errors
+/// [`crate::error::Error::Setting`] for pieces that would not fit memory,
+/// [`crate::error::Error::Interrupted`].
+pub fn photons(world: &World, inputs: ProxyInputs<'_>, run: &Run) -> Result<Traced> {
+    let ProxyInputs { near_cell, settings, seed } = inputs;
+    let cells = run.install(|| Cells::new(&world.geometry, near_cell))?;
+    trace(&Making { world, cells: &cells, settings, seed, run })
+}
+
+/// Traces all paths (phase `photons`).
 ///
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
-pub fn trace(world: &World, cells: &Cells, count: u32, seed: u64, run: &Run) -> Result<Traced> {
+pub(super) fn trace(making: &Making<'_>) -> Result<Traced> {
+    let (run, count) = (making.run, making.settings.count);
     let phase = run.phase("photons", u64::from(count));
     let blocks: Vec<Traced> = run.install(|| {
         (0..count.div_ceil(BLOCK))
@@ -90,7 +105,7 @@ pub fn trace(world: &World, cells: &Cells, count: u32, seed: u64, run: &Run) -> 
                 let range = block * BLOCK..count.min(block.saturating_add(1).saturating_mul(BLOCK));
                 let n = range.len() as u64;
                 for path in range {
-                    follow(world, cells, path, count, seed, &mut out);
+                    follow(making, path, &mut out);
                 }
                 run.rays.add(RayKind::Photon, out.rays);
                 phase.advance(n);
@@ -111,7 +126,8 @@ pub fn trace(world: &World, cells: &Cells, count: u32, seed: u64, run: &Run) -> 
     Ok(all)
 }
 
-fn follow(world: &World, cells: &Cells, path: u32, count: u32, seed: u64, out: &mut Traced) {
+fn follow(making: &Making<'_>, path: u32, out: &mut Traced) {
+    let Making { world, cells, settings, seed, .. } = *making;
     let sobol = Sobol::new(seed, Stream::Photon, 0);
     let mut rng = Rng::new(seed, Stream::Photon, u64::from(path), 1);
     let Some(emission) = world.lights.emit_photon(
@@ -121,7 +137,7 @@ fn follow(world: &World, cells: &Cells, path: u32, count: u32, seed: u64, out: &
     ) else {
         return;
     };
-    let mut flux = emission.flux / count as f32;
+    let mut flux = emission.flux / settings.count as f32;
     out.emitted_flux += flux;
     let mut ray = emission.ray;
     let mut stores = emission.from_sky;
@@ -140,13 +156,8 @@ fn follow(world: &World, cells: &Cells, path: u32, count: u32, seed: u64, out: &
             return;
         }
         if stores {
-            out.photons.push(Photon::new(
-                s.p,
-                flux,
-                incident,
-                cells.find(s.triangle, s.u, s.v),
-                s.side,
-            ));
+            let on = CellSide::new(cells.find(s.triangle, s.u, s.v), s.side);
+            out.photons.push(Photon::new(s.p, flux, incident, on));
         }
         stores = true;
         let (roulette, direction) = if bounce < STRATIFIED_BOUNCES {

@@ -6,15 +6,14 @@
 //! squashed ball, with weight 1 − d²/r² on flux and area alike. So a query visits tens of patches
 //! whether the surface is one large cell or thousands of small ones.
 //!
-//! Guarantee  flux is divided by the area it was counted on; order fixed by sorting, so bits do not
-//!            depend on threads.
-//! Cost  about 60 B per patch, twice the first level in all; O(n log n) to build.
+//! Flux is divided by the area it was counted on. Sorting fixes the order, so bits do not depend on
+//! threads. A patch costs about 60 B, all levels twice the first; they take O(n log n) to build.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::kdtree::KdTree;
 use super::surface_index::{Region, squashed};
+use crate::math::KdTree;
 
 /// Box edges in a radius.
 const BOXES_PER_RADIUS: f32 = 3.0;

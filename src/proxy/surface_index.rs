@@ -6,17 +6,19 @@
 //! with N do not belong. With the side test exact (a photon knows the side it hit) these are the
 //! leak guards.
 //!
-//! Inputs  [`Geometry`], [`Cells`], photons. Cost  17 B per cell of tree and 24 B of counts; a
-//!         query visits the cells of its ball.
+//! Geometry, cells and photons go in. A cell costs 17 B of tree and 24 B of counts; a query visits
+//! the cells of its ball.
 
 use glam::Vec3;
 
-use super::Photon;
-use super::kdtree::KdTree;
+use super::cell_side::CellSide;
+use super::cells::{CellId, Cells};
 use super::overlap::triangle_in_sphere;
 use super::patches::Patch;
+use super::trace::Photon;
+use crate::math::KdTree;
 use crate::radiometry::Rgb;
-use crate::tessellate::{CellId, Cells, Geometry, Side};
+use crate::tessellate::{Geometry, Side};
 
 /// Weight of the squared distance along the normal in addition to the Euclidean one.
 const SQUASH: f32 = 16.0;
@@ -28,15 +30,15 @@ pub(super) fn squashed(offset: Vec3, n: Vec3) -> f32 {
 
 /// Cells in a tree by centroid, with existing area and photons per side.
 #[derive(Debug)]
-pub struct SurfaceIndex<'a> {
+pub(super) struct SurfaceIndex<'a> {
     geometry: &'a Geometry,
     cells: &'a Cells,
     tree: KdTree,
     /// Existing area of every cell (masked-out parts left out).
     area: Vec<f32>,
-    /// Stored flux by 2 · cell + side, W.
+    /// Stored flux by [`CellSide::index`], W.
     flux: Vec<Rgb>,
-    /// Stored photons by 2 · cell + side.
+    /// Stored photons by [`CellSide::index`].
     count: Vec<u32>,
     normal_agreement: f32,
 }
@@ -62,8 +64,8 @@ impl<'a> SurfaceIndex<'a> {
         let mut flux = vec![Rgb::ZERO; 2 * cells.len()];
         let mut count = vec![0; 2 * cells.len()];
         for p in photons {
-            flux[p.cell_side()] += p.flux;
-            count[p.cell_side()] += 1;
+            flux[p.on().index()] += p.flux;
+            count[p.on().index()] += 1;
         }
         Self {
             geometry,
@@ -77,24 +79,21 @@ impl<'a> SurfaceIndex<'a> {
     }
 
     /// Unit normal that a side of a cell faces.
-    pub fn normal(&self, cell: CellId, side: Side) -> Vec3 {
-        let n = self.cells.normal(self.geometry, cell);
-        if side == Side::Front { n } else { -n }
-    }
-
-    /// Existing area of a cell.
-    pub fn area(&self, cell: CellId) -> f32 {
-        self.area[cell as usize]
+    pub fn normal(&self, at: CellSide) -> Vec3 {
+        self.cells.normal(self.geometry, at.cell()) * at.side().sign()
     }
 
     /// What lies on one cell side alone.
-    pub(super) fn own(&self, cell: CellId, side: Side) -> Region {
-        let i = 2 * cell as usize + side as usize;
-        Region { flux: self.flux[i], area: self.area[cell as usize], photons: self.count[i] }
+    pub fn own(&self, at: CellSide) -> Region {
+        Region {
+            flux: self.flux[at.index()],
+            area: self.area[at.cell() as usize],
+            photons: self.count[at.index()],
+        }
     }
 
     /// The side of a cell that agrees with normal `n`, if any.
-    pub(super) fn agreeing(&self, cell: CellId, n: Vec3) -> Option<Side> {
+    pub fn agreeing(&self, cell: CellId, n: Vec3) -> Option<Side> {
         let cos = self.cells.normal(self.geometry, cell).dot(n);
         if cos >= self.normal_agreement {
             Some(Side::Front)
@@ -105,30 +104,21 @@ impl<'a> SurfaceIndex<'a> {
         }
     }
 
-    /// Every side that can be seen and has area, as a patch; with the index 2 · cell + side of
-    /// each.
-    pub(super) fn sides(&self) -> (Vec<Patch>, Vec<usize>) {
-        let (mut out, mut index) =
-            (Vec::with_capacity(self.count.len()), Vec::with_capacity(self.count.len()));
-        for cell in 0..self.cells.len() as CellId {
-            let back = !self.cells.one_sided[cell as usize];
-            for side in [Side::Front, Side::Back].into_iter().take(1 + usize::from(back)) {
-                let sums = self.own(cell, side);
-                if sums.area > 0.0 {
-                    out.push(Patch {
-                        center: self.cells.centroids[cell as usize],
-                        normal: self.normal(cell, side),
-                        sums,
-                    });
-                    index.push(2 * cell as usize + side as usize);
-                }
-            }
-        }
-        (out, index)
+    /// Every side that can be seen and has area, as a patch.
+    pub fn sides(&self) -> (Vec<Patch>, Vec<CellSide>) {
+        CellSide::all(self.cells.len())
+            .filter(|at| at.side() == Side::Front || !self.cells.one_sided[at.cell() as usize])
+            .map(|at| (at, self.own(at)))
+            .filter(|(_, sums)| sums.area > 0.0)
+            .map(|(at, sums)| {
+                let center = self.cells.centroids[at.cell() as usize];
+                (Patch { center, normal: self.normal(at), sums }, at)
+            })
+            .unzip()
     }
 
     /// Area of agreeing surface inside the squashed ball, exact for surface without masks.
-    pub(super) fn area_within(&self, center: Vec3, n: Vec3, radius: f32) -> f32 {
+    pub fn area_within(&self, center: Vec3, n: Vec3, radius: f32) -> f32 {
         let stretch = (1.0 + SQUASH).sqrt() - 1.0;
         let mut sum = 0.0;
         // A corner lies at most 2/3 of the longest edge from the centroid.

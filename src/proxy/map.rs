@@ -12,14 +12,15 @@
 
 use glam::Vec3;
 
-use super::kdtree::KdTree;
+use super::PhotonSettings;
 use super::surface_index::{SurfaceIndex, squashed};
-use super::{Photon, PhotonSettings};
+use super::trace::Photon;
+use crate::math::KdTree;
 use crate::radiometry::Rgb;
 
 /// Photons in a kd-tree.
 #[derive(Debug)]
-pub struct PhotonMap {
+pub(super) struct PhotonMap {
     photons: Vec<Photon>,
     tree: KdTree,
 }
@@ -29,11 +30,6 @@ impl PhotonMap {
     pub fn new(photons: Vec<Photon>) -> Self {
         let tree = KdTree::new(photons.iter().map(|p| p.position));
         Self { photons, tree }
-    }
-
-    /// The photons, in the order of their paths.
-    pub fn photons(&self) -> &[Photon] {
-        &self.photons
     }
 
     /// Irradiance at `p` on the side that faces `n` (unit), W·m⁻², from `settings.neighbours`
@@ -50,7 +46,7 @@ impl PhotonMap {
         let k = settings.neighbours as usize;
         self.tree.nearest(p, k, cap, scratch, |i, offset| {
             let photon = &self.photons[i as usize];
-            if index.agreeing(photon.cell(), n) == Some(photon.side()) {
+            if index.agreeing(photon.on().cell(), n) == Some(photon.side()) {
                 squashed(offset, n)
             } else {
                 f32::INFINITY
