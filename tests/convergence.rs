@@ -5,7 +5,7 @@ use nearfar::compare::{Halves, errors};
 use nearfar::method::decompose::{DecomposeSettings, Length, render};
 use nearfar::method::path::{self, PathSettings};
 use nearfar::method::stage::Inputs;
-use nearfar::photon::{Estimate, PhotonSettings};
+use nearfar::proxy::{Estimate, PhotonSettings};
 use nearfar::record::RecordSettings;
 use nearfar::run::Run;
 use nearfar::shading::{DirectSettings, World};

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use nearfar::accel::Backend;
 use nearfar::math::Frame;
-use nearfar::photon::{Estimate, PhotonSettings};
+use nearfar::proxy::{Estimate, PhotonSettings};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 use nearfar::sampling::{Rng, Stream, sample_cosine_hemisphere, sample_triangle};
@@ -13,7 +13,7 @@ use nearfar::scene::{Camera, Light, Material, Mesh, Scene, Sides};
 use nearfar::shading::{Surface, World, direct_irradiance};
 use nearfar::tessellate::Side;
 
-use crate::photon::{gray, hollow_sphere, mean_indirect, quads, room, solved};
+use crate::proxy::{gray, hollow_sphere, mean_indirect, quads, room, solved};
 
 /// A world seen by a wide camera at `eye`.
 fn world(
@@ -54,19 +54,20 @@ fn furnace() {
         Vec3::splat(0.5),
         Vec3::X,
     );
-    let (cells, r, stats) =
-        solved(&w, 0.2, &PhotonSettings { direct_samples: 2048, ..gather() }, 2);
-    assert_eq!(stats.gathered, cells.len(), "everything is seen, backs are not");
+    let proxy = solved(&w, 0.2, &PhotonSettings { direct_samples: 2048, ..gather() }, 2);
+    assert_eq!(proxy.stats().gathered, proxy.facet_count(), "everything is seen, backs are not");
+    let stats = proxy.stats();
     assert!(stats.residual < 1e-3 && stats.sweeps < gather().gather_sweeps);
     let expected = albedo * PI * le / (1.0 - albedo);
     // Direct light of emitters that touch the lit wall has a heavy tail (1/d² at the edge): it is
     // the noise here, most in the corners.
-    let mean = mean_indirect(&cells, &r, Side::Front).x;
+    let mean = mean_indirect(&proxy, Side::Front).x;
     assert!((mean / expected - 1.0).abs() < 0.02, "{mean} {expected}");
     let mut squares = 0.0;
-    for c in 0..cells.len() as u32 {
-        squares += (r.indirect(c, Side::Front).x / expected - 1.0).powi(2) / cells.len() as f32;
-        assert_eq!(r.get(c, Side::Back), Rgb::ZERO);
+    for f in proxy.facets() {
+        squares +=
+            (f.indirect_of(Side::Front).x / expected - 1.0).powi(2) / proxy.facet_count() as f32;
+        assert_eq!(f.radiosity_of(Side::Back), Rgb::ZERO);
     }
     assert!(squares.sqrt() < 0.08, "{}", squares.sqrt());
 }
@@ -79,16 +80,16 @@ fn integrating_sphere() {
     let w =
         world(vec![hollow_sphere(24, radius)], vec![gray(albedo)], vec![lamp], Vec3::ZERO, Vec3::X);
     let expected = albedo * intensity / (radius * radius * (1.0 - albedo));
-    let (cells, r, stats) = solved(&w, 0.5, &gather(), 2);
-    assert_eq!(stats.gathered, cells.len());
+    let proxy = solved(&w, 0.5, &gather(), 2);
+    assert_eq!(proxy.stats().gathered, proxy.facet_count());
     // The polyhedron's area is 0.6 % below the sphere's.
-    let mean = mean_indirect(&cells, &r, Side::Front).x;
+    let mean = mean_indirect(&proxy, Side::Front).x;
     assert!((mean / expected - 1.0).abs() < 0.012, "{mean} {expected}");
-    for c in 0..cells.len() as u32 {
+    for f in proxy.facets() {
         assert!(
-            (r.indirect(c, Side::Front).x / expected - 1.0).abs() < 0.25,
+            (f.indirect_of(Side::Front).x / expected - 1.0).abs() < 0.25,
             "{}",
-            r.indirect(c, Side::Front).x / expected
+            f.indirect_of(Side::Front).x / expected
         );
     }
 }
@@ -109,14 +110,14 @@ fn a_dark_room_stays_dark() {
             Vec3::new(eye, 0.5, 0.5),
             Vec3::new(eye, 1.0, 0.6),
         );
-        let (cells, r, stats) =
-            solved(&w, 0.1, &PhotonSettings { max_radius: 0.02, ..gather() }, 2);
-        assert!(stats.gathered * 3 > cells.len(), "{} of {}", stats.gathered, cells.len());
+        let proxy = solved(&w, 0.1, &PhotonSettings { max_radius: 0.02, ..gather() }, 2);
+        let (gathered, all) = (proxy.stats().gathered, proxy.facet_count());
+        assert!(gathered * 3 > all, "{gathered} of {all}");
         let mut sums = [0.0; 2];
-        for c in 0..cells.len() as u32 {
-            let n = cells.normal(&w.geometry, c);
+        for f in proxy.facets() {
+            let n = f.normal();
             for (side, sign) in [(Side::Front, 1.0), (Side::Back, -1.0)] {
-                let p = cells.centroids[c as usize] + n * (sign * 0.01);
+                let p = f.centroid + n * (sign * 0.01);
                 let inside = p.cmpgt(Vec3::ZERO).all() && p.cmplt(Vec3::new(2.0, 1.0, 1.0)).all();
                 // Sides that nothing reached are blurred photons: within their radius of the sheet
                 // they may borrow from the first room.
@@ -126,10 +127,14 @@ fn a_dark_room_stays_dark() {
                 if !inside || p.x > 1.0 {
                     // A start within rounding of the sheet may lie on its wrong side: a ray in 100
                     // 000. Lit sides have about 1.
-                    assert!(r.get(c, side).x < 1e-3, "side {side:?} at {p}: {}", r.get(c, side));
+                    assert!(
+                        f.radiosity_of(side).x < 1e-3,
+                        "side {side:?} at {p}: {}",
+                        f.radiosity_of(side)
+                    );
                 } else {
-                    sums[0] += r.indirect(c, side).x * cells.area(c);
-                    sums[1] += cells.area(c);
+                    sums[0] += f.indirect_of(side).x * f.area();
+                    sums[1] += f.area();
                 }
             }
         }
@@ -180,12 +185,12 @@ fn buried_area_does_not_dilute() {
             neighbours: 100,
             ..gather()
         };
-        let (cells, r, _) = solved(&w, 0.9, &settings, 2);
+        let proxy = solved(&w, 0.9, &settings, 2);
         let mut rng = Rng::new(4, Stream::Test, 0, 0);
         let (mut sum, mut truth) = (0.0, 0.0);
-        for c in 0..cells.len() as u32 {
-            let triangle = cells.triangle_of[c as usize];
-            let n = cells.normal(&w.geometry, c);
+        for f in proxy.facets() {
+            let triangle = f.triangle;
+            let n = f.normal();
             if w.geometry.mesh_of[triangle as usize] != 1 || n.z.abs() > 0.5 {
                 continue;
             }
@@ -210,7 +215,7 @@ fn buried_area_does_not_dilute() {
                 }
             }
             truth += e;
-            sum += area * r.indirect(c, Side::Front).x;
+            sum += area * f.indirect_of(Side::Front).x;
         }
         sum / truth
     };
@@ -231,10 +236,10 @@ fn same_bits_for_any_thread_count() {
         Vec3::splat(0.5),
         Vec3::X,
     );
-    let (_, one, stats) = solved(&w, 0.05, &gather(), 1);
-    assert!(stats.gathered > 1000);
+    let one = solved(&w, 0.05, &gather(), 1);
+    assert!(one.stats().gathered > 1000);
     for threads in [2, 8] {
-        let (_, other, others) = solved(&w, 0.05, &gather(), threads);
-        assert!(one == other && stats == others, "{threads} threads");
+        let other = solved(&w, 0.05, &gather(), threads);
+        assert!(one.saved() == other.saved() && one.stats() == other.stats(), "{threads} threads");
     }
 }

@@ -71,3 +71,85 @@ impl PhotonMap {
         scratch[..used].iter().map(|&(_, i)| self.photons[i as usize].flux).sum::<Rgb>() / area
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::proxy::cell_side::CellSide;
+    use crate::proxy::cells::Cells;
+    use crate::sampling::{Rng, Stream};
+    use crate::scene::{Material, Mesh, Scene, Sides};
+    use crate::tessellate::{Geometry, Side};
+
+    #[test]
+    fn plane_edge_and_corner() {
+        // method.md I.12: uniform flux of 1 W/m² on the unit square.
+        let square = Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            materials: vec![0; 2],
+            sides: Sides::Two,
+            ..Mesh::default()
+        };
+        let scene = Scene {
+            meshes: vec![square],
+            materials: vec![Material::default()],
+            ..Scene::default()
+        };
+        let geometry = Geometry::new(&scene);
+        let cells = Cells::new(&geometry, 0.07).unwrap();
+        let (n, sets, k) = (4000, 300, 50u32);
+        let mut corrected = PhotonSettings { neighbours: k, ..PhotonSettings::default() };
+        let mut sums = [[0.0f64; 3]; 2];
+        let mut squares = 0.0;
+        let places = [Vec3::new(0.5, 0.5, 0.0), Vec3::new(0.5, 0.0, 0.0), Vec3::ZERO];
+        for set in 0..sets {
+            let mut rng = Rng::new(9, Stream::Test, set, 0);
+            let photons: Vec<Photon> = (0..n)
+                .map(|_| {
+                    let p = rng.next_2d();
+                    let (triangle, u, v) =
+                        if p.y < p.x { (0, p.x - p.y, p.y) } else { (1, p.x, p.y - p.x) };
+                    Photon::new(
+                        p.extend(0.0),
+                        Rgb::splat(1.0 / n as f32),
+                        -Vec3::Z,
+                        CellSide::new(cells.find(triangle, u, v), Side::Front),
+                    )
+                })
+                .collect();
+            let area: Vec<f32> = (0..cells.len() as u32).map(|c| cells.area(c)).collect();
+            let index = SurfaceIndex::new(&geometry, &cells, area, &photons, 0.7);
+            let map = PhotonMap::new(photons);
+            for (i, &p) in places.iter().enumerate() {
+                for (j, correct) in [false, true].into_iter().enumerate() {
+                    corrected.boundary_correction = correct;
+                    let e = f64::from(
+                        map.irradiance(&index, p, Vec3::Z, &corrected, 0.5, &mut Vec::new()).x,
+                    );
+                    sums[j][i] += e / sets as f64;
+                    if i == 0 && j == 0 {
+                        squares += (e - 1.0).powi(2) / sets as f64;
+                    }
+                }
+            }
+            assert_eq!(
+                map.irradiance(&index, places[0], -Vec3::Z, &corrected, 0.5, &mut Vec::new()),
+                Rgb::ZERO,
+                "the other side is dark"
+            );
+        }
+        // Standard error of a mean of `sets` estimates of relative deviation 1/√(k−1); 4 of them.
+        let bound = 4.0 / (f64::from(k - 1) * sets as f64).sqrt();
+        for (i, truth) in [1.0, 0.5, 0.25].into_iter().enumerate() {
+            assert!(
+                (sums[0][i] / truth - 1.0).abs() < bound,
+                "uncorrected {i}: {} not {truth}",
+                sums[0][i]
+            );
+            assert!((sums[1][i] - 1.0).abs() < bound, "corrected {i}: {}", sums[1][i]);
+        }
+        let deviation = squares.sqrt() * f64::from(k - 1).sqrt();
+        assert!((deviation - 1.0).abs() < 0.15, "relative deviation is {deviation}/√(k−1)");
+    }
+}

@@ -25,7 +25,7 @@ use crate::radiometry::Rgb;
 use crate::run::Run;
 use crate::scene::Camera;
 use crate::shading::World;
-use crate::tessellate::Side;
+use crate::tessellate::{Geometry, Side};
 
 /// What a proxy is made with.
 #[derive(Clone, Copy, Debug)]
@@ -107,14 +107,14 @@ impl Proxy {
     /// # Errors
     /// [`Error::Setting`] for a length that is not positive or pieces that would not fit memory.
     pub fn given(
-        world: &World,
+        geometry: &Geometry,
         near_cell: f32,
         mut radiosity: impl FnMut(Vec3, Vec3) -> Rgb,
     ) -> Result<Self> {
-        let cells = Cells::new(&world.geometry, near_cell)?;
+        let cells = Cells::new(geometry, near_cell)?;
         let leaving: Vec<Rgb> = CellSide::all(cells.len())
             .map(|at| {
-                let normal = cells.normal(&world.geometry, at.cell()) * at.side().sign();
+                let normal = cells.normal(geometry, at.cell()) * at.side().sign();
                 radiosity(cells.centroids[at.cell() as usize], normal)
             })
             .collect();

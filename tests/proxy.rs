@@ -1,20 +1,19 @@
-//! The proxy against closed forms: stored power, density at edges and corners, furnace, integrating
-//! sphere, sheets and walls.
+//! The proxy against closed forms: stored power, furnace, integrating sphere, sheets and walls; and
+//! need by need.
 
 use std::f32::consts::PI;
 
 use glam::Vec3;
 use nearfar::accel::Backend;
-use nearfar::photon::{
-    CellRadiosity, Estimate, Photon, PhotonMap, PhotonSettings, ProxyStats, SurfaceIndex, solve,
-    trace,
+use nearfar::math::Ray;
+use nearfar::proxy::{
+    Estimate, Facet, Landing, Need, Photon, PhotonSettings, Proxy, ProxyInputs, photons,
 };
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
-use nearfar::sampling::{Rng, Stream};
 use nearfar::scene::{Light, Material, Mesh, Scene, Sides};
 use nearfar::shading::World;
-use nearfar::tessellate::{Cells, Geometry, Side};
+use nearfar::tessellate::Side;
 
 /// Parallelograms (corner, edge1, edge2), front along edge1 × edge2, all of material `material`.
 pub(crate) fn quads(list: &[(Vec3, Vec3, Vec3)], material: u32, sides: Sides) -> Mesh {
@@ -56,19 +55,18 @@ pub(crate) fn solved(
     near_cell: f32,
     settings: &PhotonSettings,
     threads: usize,
-) -> (Cells, CellRadiosity, ProxyStats) {
-    let run = Run::new(threads).unwrap();
-    let cells = Cells::new(&world.geometry, near_cell).unwrap();
-    let (radiosity, stats) = solve(world, &cells, settings, 7, &run).unwrap();
-    (cells, radiosity, stats)
+) -> Proxy {
+    let inputs = ProxyInputs { near_cell, settings, seed: 7 };
+    let views = std::slice::from_ref(&world.camera);
+    Proxy::new(world, inputs, Need::Views(views), &Run::new(threads).unwrap()).unwrap()
 }
 
-/// Area-weighted mean over the cells of the indirect irradiance on `side`.
-pub(crate) fn mean_indirect(cells: &Cells, r: &CellRadiosity, side: Side) -> Rgb {
+/// Area-weighted mean over the facets of the indirect irradiance on `side`.
+pub(crate) fn mean_indirect(proxy: &Proxy, side: Side) -> Rgb {
     let (mut sum, mut area) = (Rgb::ZERO, 0.0);
-    for c in 0..cells.len() as u32 {
-        sum += r.indirect(c, side) * cells.area(c);
-        area += cells.area(c);
+    for f in proxy.facets() {
+        sum += f.indirect_of(side) * f.area();
+        area += f.area();
     }
     sum / area
 }
@@ -85,81 +83,16 @@ fn few(count: u32) -> PhotonSettings {
 const BOTH: [Estimate; 2] = [Estimate::Cells, Estimate::Density];
 
 #[test]
-fn plane_edge_and_corner() {
-    // method.md I.12: uniform flux of 1 W/m² on the unit square.
-    let scene = Scene {
-        meshes: vec![quads(&[(Vec3::ZERO, Vec3::X, Vec3::Y)], 0, Sides::Two)],
-        materials: vec![gray(0.5)],
-        ..Scene::default()
-    };
-    let geometry = Geometry::new(&scene);
-    let cells = Cells::new(&geometry, 0.07).unwrap();
-    let (n, sets, k) = (4000, 300, 50u32);
-    let mut corrected = PhotonSettings { neighbours: k, ..PhotonSettings::default() };
-    let mut sums = [[0.0f64; 3]; 2];
-    let mut squares = 0.0;
-    let places = [Vec3::new(0.5, 0.5, 0.0), Vec3::new(0.5, 0.0, 0.0), Vec3::ZERO];
-    for set in 0..sets {
-        let mut rng = Rng::new(9, Stream::Test, set, 0);
-        let photons: Vec<Photon> = (0..n)
-            .map(|_| {
-                let p = rng.next_2d();
-                let (triangle, u, v) =
-                    if p.y < p.x { (0, p.x - p.y, p.y) } else { (1, p.x, p.y - p.x) };
-                Photon::new(
-                    p.extend(0.0),
-                    Rgb::splat(1.0 / n as f32),
-                    -Vec3::Z,
-                    cells.find(triangle, u, v),
-                    Side::Front,
-                )
-            })
-            .collect();
-        let area = (0..cells.len() as u32).map(|c| cells.area(c)).collect();
-        let index = SurfaceIndex::new(&geometry, &cells, area, &photons, 0.7);
-        let map = PhotonMap::new(photons);
-        for (i, &p) in places.iter().enumerate() {
-            for (j, correct) in [false, true].into_iter().enumerate() {
-                corrected.boundary_correction = correct;
-                let e = f64::from(
-                    map.irradiance(&index, p, Vec3::Z, &corrected, 0.5, &mut Vec::new()).x,
-                );
-                sums[j][i] += e / sets as f64;
-                if i == 0 && j == 0 {
-                    squares += (e - 1.0).powi(2) / sets as f64;
-                }
-            }
-        }
-        assert_eq!(
-            map.irradiance(&index, places[0], -Vec3::Z, &corrected, 0.5, &mut Vec::new()),
-            Rgb::ZERO,
-            "the other side is dark"
-        );
-    }
-    // Standard error of a mean of `sets` estimates of relative deviation 1/√(k−1); 4 of them.
-    let bound = 4.0 / (f64::from(k - 1) * sets as f64).sqrt();
-    for (i, truth) in [1.0, 0.5, 0.25].into_iter().enumerate() {
-        assert!(
-            (sums[0][i] / truth - 1.0).abs() < bound,
-            "uncorrected {i}: {} not {truth}",
-            sums[0][i]
-        );
-        assert!((sums[1][i] - 1.0).abs() < bound, "corrected {i}: {}", sums[1][i]);
-    }
-    let deviation = squares.sqrt() * f64::from(k - 1).sqrt();
-    assert!((deviation - 1.0).abs() < 0.15, "relative deviation is {deviation}/√(k−1)");
-}
-
-#[test]
 fn stored_power_is_the_albedo_series() {
     let albedo = Rgb::new(0.7, 0.5, 0.2);
     let walls = quads(&room(Vec3::ZERO, Vec3::new(1.0, 2.0, 1.5)), 0, Sides::One);
     let lamp =
         Light::Point { position: Vec3::new(0.3, 1.2, 0.8), intensity: Rgb::new(1.0, 2.0, 3.0) };
     let w = world(vec![walls], vec![Material { albedo, ..Material::default() }], vec![lamp]);
-    let cells = Cells::new(&w.geometry, 0.3).unwrap();
     let count = 1 << 16;
-    let traced = trace(&w, &cells, count, 3, &Run::new(2).unwrap()).unwrap();
+    let settings = few(count);
+    let inputs = ProxyInputs { near_cell: 0.3, settings: &settings, seed: 3 };
+    let traced = photons(&w, inputs, &Run::new(2).unwrap()).unwrap();
     let emitted = Rgb::new(1.0, 2.0, 3.0) * (4.0 * PI);
     assert!(((traced.emitted_flux / emitted) - Rgb::ONE).abs().max_element() < 1e-3);
     let stored: Rgb = traced.photons.iter().map(|p| p.flux).sum();
@@ -171,19 +104,20 @@ fn stored_power_is_the_albedo_series() {
         "{stored} {expected}"
     );
     assert!(traced.photons.iter().all(|p| p.side() == Side::Front));
-    assert!(
-        traced.photons.iter().all(|p| p.incident.dot(cells.normal(&w.geometry, p.cell())) < 0.0)
-    );
+    let facets: Vec<Facet> = solved(&w, 0.3, &settings, 2).facets().collect();
+    let normal = |p: &Photon| facets[p.piece().number() as usize].normal();
+    assert!(traced.photons.iter().all(|p| p.incident.dot(normal(p)) < 0.0));
     let energy: f64 = traced.photons.iter().map(|p| f64::from(p.flux.x)).sum();
     for estimate in BOTH {
-        let (cells, r, stats) = solved(&w, 0.3, &PhotonSettings { estimate, ..few(count) }, 2);
-        let area: f32 = (0..cells.len() as u32).map(|c| cells.area(c)).sum();
-        let found = mean_indirect(&cells, &r, Side::Front).x * area;
+        let proxy = solved(&w, 0.3, &PhotonSettings { estimate, ..few(count) }, 2);
+        let area: f32 = proxy.facets().map(|f| f.area()).sum();
+        let found = mean_indirect(&proxy, Side::Front).x * area;
         assert!(
             (f64::from(found) / energy - 1.0).abs() < 0.02,
             "{estimate:?}: {found} W of {energy} W"
         );
-        assert_eq!(stats.sides, cells.len(), "backs of a closed room are skipped");
+        let sides = proxy.stats().sides;
+        assert_eq!(sides, proxy.facet_count(), "backs of a closed room are skipped");
     }
 }
 
@@ -194,7 +128,7 @@ fn furnace() {
     let w =
         world(vec![walls], vec![Material { emission: Rgb::splat(le), ..gray(albedo) }], Vec::new());
     for estimate in BOTH {
-        let (cells, r, _) = solved(
+        let proxy = solved(
             &w,
             0.2,
             &PhotonSettings { estimate, neighbours: 200, direct_samples: 64, ..few(1 << 17) },
@@ -202,9 +136,9 @@ fn furnace() {
         );
         // E = πLe/(1 − ρ), of which πLe is direct; emission itself is left out.
         let expected = PI * le / (1.0 - albedo);
-        let mean = (0..cells.len() as u32).map(|c| r.get(c, Side::Front).x).sum::<f32>()
-            / cells.len() as f32;
-        let indirect = mean_indirect(&cells, &r, Side::Front).x;
+        let mean = proxy.facets().map(|f| f.radiosity_of(Side::Front).x).sum::<f32>()
+            / proxy.facet_count() as f32;
+        let indirect = mean_indirect(&proxy, Side::Front).x;
         assert!(
             (indirect / (albedo * expected) - 1.0).abs() < 0.01,
             "{estimate:?}: indirect {indirect}"
@@ -212,14 +146,14 @@ fn furnace() {
         // Direct light of emitters that touch the lit wall has a heavy tail (1/d² at the corner):
         // its mean over 57 000 rays is good to 3 %.
         assert!((mean / (albedo * expected) - 1.0).abs() < 0.03, "{estimate:?}: {mean}");
-        for c in 0..cells.len() as u32 {
+        for f in proxy.facets() {
             // 5 deviations of about 1/√200 on the indirect part.
             assert!(
-                (r.indirect(c, Side::Front).x / (expected * albedo) - 1.0).abs()
+                (f.indirect_of(Side::Front).x / (expected * albedo) - 1.0).abs()
                     < 5.0 / 200f32.sqrt(),
                 "{estimate:?}"
             );
-            assert_eq!(r.get(c, Side::Back), Rgb::ZERO);
+            assert_eq!(f.radiosity_of(Side::Back), Rgb::ZERO);
         }
     }
 }
@@ -257,16 +191,16 @@ fn integrating_sphere() {
     let w = world(vec![hollow_sphere(24, radius)], vec![gray(albedo)], vec![lamp]);
     let expected = albedo * intensity / (radius * radius * (1.0 - albedo));
     for estimate in BOTH {
-        let (cells, r, _) =
+        let proxy =
             solved(&w, 0.5, &PhotonSettings { estimate, neighbours: 100, ..few(40_000) }, 2);
-        let mean = mean_indirect(&cells, &r, Side::Front).x;
+        let mean = mean_indirect(&proxy, Side::Front).x;
         // The polyhedron's area is 0.6 % below the sphere's; noise of 40 000 paths about 0.5 %.
         assert!((mean / expected - 1.0).abs() < 0.02, "{estimate:?}: {mean} {expected}");
-        for c in 0..cells.len() as u32 {
+        for f in proxy.facets() {
             assert!(
-                (r.indirect(c, Side::Front).x / expected - 1.0).abs() < 0.5,
+                (f.indirect_of(Side::Front).x / expected - 1.0).abs() < 0.5,
                 "{estimate:?}: {}",
-                r.indirect(c, Side::Front)
+                f.indirect_of(Side::Front)
             );
         }
     }
@@ -280,24 +214,24 @@ fn thin_wall_and_sheet_do_not_leak() {
     let lamp = Light::Point { position: Vec3::new(0.5, 0.6, 0.4), intensity: Rgb::ONE };
     let w = world(vec![quads(&walls, 0, Sides::Two)], vec![gray(0.7)], vec![lamp]);
     for estimate in BOTH {
-        let (cells, r, _) = solved(
+        let proxy = solved(
             &w,
             0.1,
             &PhotonSettings { estimate, neighbours: 200, max_radius: 0.2, ..few(20_000) },
             2,
         );
         let mut lit = 0;
-        for c in 0..cells.len() as u32 {
-            let n = cells.normal(&w.geometry, c);
+        for f in proxy.facets() {
+            let n = f.normal();
             for (side, sign) in [(Side::Front, 1.0), (Side::Back, -1.0)] {
                 // The room that this side faces.
-                let p = cells.centroids[c as usize] + n * (sign * 0.01);
+                let p = f.centroid + n * (sign * 0.01);
                 let inside = p.cmpgt(Vec3::ZERO).all() && p.cmplt(Vec3::new(2.0, 1.0, 1.0)).all();
                 if !inside {
-                    assert_eq!(r.get(c, side), Rgb::ZERO, "outside is dark");
+                    assert_eq!(f.radiosity_of(side), Rgb::ZERO, "outside is dark");
                 } else if n.x.abs() > 0.5 || !(0.9..1.5).contains(&p.x) {
                     assert_eq!(
-                        r.get(c, side).x > 0.0,
+                        f.radiosity_of(side).x > 0.0,
                         p.x < 1.0,
                         "{estimate:?}: side {side:?} at {p}"
                     );
@@ -315,15 +249,15 @@ fn sky_is_indirect_and_lights_both_sides() {
     let w =
         world(vec![sheet], vec![gray(0.5)], vec![Light::Sky { radiance: Rgb::new(1.0, 2.0, 4.0) }]);
     for estimate in BOTH {
-        let (cells, r, _) =
+        let proxy =
             solved(&w, 0.1, &PhotonSettings { estimate, max_radius: 0.5, ..few(1 << 16) }, 2);
         for side in [Side::Front, Side::Back] {
-            let e = mean_indirect(&cells, &r, side) / Rgb::new(1.0, 2.0, 4.0) / PI;
+            let e = mean_indirect(&proxy, side) / Rgb::new(1.0, 2.0, 4.0) / PI;
             assert!((e - Rgb::ONE).abs().max_element() < 0.03, "{estimate:?} {side:?}: {e}");
         }
-        let c = cells.len() as u32 / 2;
+        let f = proxy.facet(proxy.facet_count() as u32 / 2);
         assert!(
-            (r.get(c, Side::Front) - r.indirect(c, Side::Front) * 0.5).length() < 1e-5,
+            (f.radiosity_of(Side::Front) - f.indirect_of(Side::Front) * 0.5).length() < 1e-5,
             "no direct light from the sky"
         );
     }
@@ -345,11 +279,12 @@ fn direct_light_is_exact() {
         radiance: Rgb::new(1.0, 2.0, 3.0),
     };
     let w = world(vec![floor], vec![gray(0.5)], vec![lamp]);
-    let (_, r, _) = solved(&w, 1.0, &PhotonSettings { direct_samples: 4096, ..few(1000) }, 1);
-    let mean = (r.get(0, Side::Front) + r.get(1, Side::Front)) / 2.0;
+    let proxy = solved(&w, 1.0, &PhotonSettings { direct_samples: 4096, ..few(1000) }, 1);
+    let f = proxy.facet(0);
+    let mean = (f.radiosity_of(Side::Front) + proxy.facet(1).radiosity_of(Side::Front)) / 2.0;
     let expected = Rgb::new(1.0, 2.0, 3.0) * (0.5 * PI * 0.137_671_753);
     assert!((mean / expected - Rgb::ONE).abs().max_element() < 2e-3, "{mean} {expected}");
-    assert_eq!(r.get(0, Side::Back), Rgb::ZERO);
+    assert_eq!(f.radiosity_of(Side::Back), Rgb::ZERO);
 }
 
 #[test]
@@ -367,10 +302,13 @@ fn same_bits_for_any_thread_count() {
         world(vec![quads(&room(Vec3::ZERO, Vec3::ONE), 0, Sides::One)], vec![gray(0.6)], lights);
     for estimate in BOTH {
         let settings = PhotonSettings { estimate, ..few(20_000) };
-        let (_, one, stats) = solved(&w, 0.05, &settings, 1);
+        let one = solved(&w, 0.05, &settings, 1);
         for threads in [2, 8] {
-            let (_, other, others) = solved(&w, 0.05, &settings, threads);
-            assert!(one == other && stats == others, "{estimate:?} on {threads} threads");
+            let other = solved(&w, 0.05, &settings, threads);
+            assert!(
+                one.saved() == other.saved() && one.stats() == other.stats(),
+                "{estimate:?} on {threads} threads"
+            );
         }
     }
 }
@@ -382,7 +320,6 @@ fn interruption_is_an_error() {
         vec![gray(0.6)],
         Vec::new(),
     );
-    let cells = Cells::new(&w.geometry, 0.5).unwrap();
     #[derive(Debug)]
     struct Quiet;
     impl nearfar::run::Reporter for Quiet {
@@ -391,8 +328,51 @@ fn interruption_is_an_error() {
         fn end(&self) {}
     }
     let run = Run::new(1).unwrap().with_reporter(Box::new(Quiet), std::sync::Arc::new(true.into()));
-    assert!(matches!(
-        solve(&w, &cells, &PhotonSettings::default(), 1, &run),
-        Err(nearfar::error::Error::Interrupted)
-    ));
+    let settings = PhotonSettings::default();
+    let inputs = ProxyInputs { near_cell: 0.5, settings: &settings, seed: 1 };
+    let made = Proxy::new(&w, inputs, Need::Views(&[]), &run);
+    assert!(matches!(made, Err(nearfar::error::Error::Interrupted)));
+}
+
+#[test]
+fn need_by_landings_makes_light_where_rays_landed_and_keeps_what_was() {
+    // Two closed rooms without a way between them, a lamp in each.
+    let mut walls = room(Vec3::ZERO, Vec3::ONE);
+    walls.extend(room(Vec3::X * 2.0, Vec3::new(3.0, 1.0, 1.0)));
+    let lamp = |x| Light::Point { position: Vec3::new(x, 0.6, 0.4), intensity: Rgb::ONE };
+    let lamps = vec![lamp(0.5), lamp(2.5)];
+    let w = world(vec![quads(&walls, 0, Sides::One)], vec![gray(0.5)], lamps);
+    let run = Run::new(2).unwrap();
+    let landings = |x: f32| -> Vec<Landing> {
+        [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z]
+            .map(|d| Ray::new(Vec3::new(x, 0.45, 0.55), d + Vec3::new(0.1, 0.2, 0.3)))
+            .iter()
+            .map(|ray| Landing::new(&w, ray, &w.rays.closest(ray).unwrap()))
+            .collect()
+    };
+    let (first, second) = (landings(0.5), landings(2.5));
+    let settings = PhotonSettings { count: 1000, gather_rays: 256, ..PhotonSettings::default() };
+    let inputs = ProxyInputs { near_cell: 0.2, settings: &settings, seed: 7 };
+    let mut proxy = Proxy::new(&w, inputs, Need::Landings(&first), &run).unwrap();
+    let gathered = |proxy: &Proxy| {
+        let half = proxy.facet_count() / 2;
+        let flags: Vec<bool> = proxy.saved().rows().map(|(_, flags)| flags[0] & 1 != 0).collect();
+        [&flags[..half], &flags[half..]].map(|f| f.iter().filter(|&&f| f).count())
+    };
+    let before = gathered(&proxy);
+    assert!(before[0] > 100 && before[1] == 0, "{before:?}");
+    let read = |proxy: &Proxy, all: &[Landing]| -> Vec<Rgb> {
+        all.iter().map(|l| proxy.read(l).radiosity).collect()
+    };
+    let kept = read(&proxy, &first);
+    let added = proxy.need(&w, Need::Landings(&second), &run).unwrap();
+    let after = gathered(&proxy);
+    assert_eq!((after[0], after[1]), (before[0], added.sides), "only the second room is added");
+    assert!(read(&proxy, &first) == kept, "what was known stays");
+    // The rooms are alike, and so is their light: 256 rays, 8 shadow rays, about 3 % each.
+    for (a, b) in kept.iter().zip(read(&proxy, &second)) {
+        assert!((a.x / b.x - 1.0).abs() < 0.25, "{a} {b}");
+    }
+    let again = proxy.need(&w, Need::Landings(&second), &run).unwrap();
+    assert_eq!(again.sides, 0, "the same need adds nothing");
 }
