@@ -17,6 +17,7 @@ use crate::method::final_gather::GatherSettings;
 use crate::method::local_correction::LocalSettings;
 use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
+use crate::method::{Method, course};
 use crate::points::PointsSettings;
 use crate::proxy::PhotonSettings;
 use crate::record::RecordSettings;
@@ -95,6 +96,19 @@ impl RenderConfig {
         config.points.validate()?;
         config.local.validate()?;
         Ok(config)
+    }
+
+    /// The settings as `method` takes them in a scene of the given diagonal: the course decides
+    /// some itself.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a value that contradicts the method.
+    pub fn for_method(mut self, method: Method, diagonal: f32) -> Result<Self> {
+        if method == Method::Course {
+            (self.decompose, self.photon) =
+                course::as_written(&self.decompose, &self.photon, diagonal)?;
+        }
+        Ok(self)
     }
 
     /// What the methods start from, in a scene of the given diagonal. All of them get the cells

@@ -4,12 +4,14 @@
 mod architecture;
 mod bench;
 mod broken;
+mod budget;
 mod cache;
 mod cache_record;
 mod cli;
 mod conformance;
 mod converge;
 mod convergence;
+mod course;
 mod curves;
 mod decompose;
 mod denoise;

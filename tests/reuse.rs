@@ -6,7 +6,7 @@ use std::process::Command;
 use glam::Vec3;
 use nearfar::accel::Backend;
 use nearfar::film::{Film, read_exr};
-use nearfar::method::decompose::near_boxes::NearBoxes;
+use nearfar::method::decompose::near::boxes::NearBoxes;
 use nearfar::method::decompose::store::{Known, key, load, save};
 use nearfar::method::decompose::{
     DecomposeSettings, Length, NearNoise, picture, picture_with, plan, prepare, render, resume,
@@ -105,8 +105,8 @@ fn what_is_loaded_is_what_was_saved_and_gives_the_same_picture() {
         assert!(known == Known::new(&first));
         let again = resume(&w, &s.decompose, inputs, known, &run).unwrap();
         assert_eq!(
-            (again.clusters.len(), again.earlier, again.sides_added),
-            (first.clusters.len(), first.clusters.len(), 0)
+            (again.sampled.clusters.len(), again.earlier, again.sides_added),
+            (first.sampled.clusters.len(), first.sampled.clusters.len(), 0)
         );
         let fresh = picture(&w, &s.decompose, &first, 5, &run).unwrap().film;
         assert!(
@@ -150,13 +150,18 @@ fn another_camera_adds_what_it_sees_first_and_looks_as_if_fresh() {
     let (first, extended, film) = picture_of(2, &mut w);
     let run = Run::new(2).unwrap();
     let fresh = prepare(&w, &s.decompose, s.inputs(&w), &run).unwrap();
-    let added = extended.clusters.len() - extended.earlier;
+    let added = extended.sampled.clusters.len() - extended.earlier;
     assert!(added > 5, "{added} clusters");
-    assert!(added < fresh.clusters.len(), "{added} added, {} fresh", fresh.clusters.len());
+    assert!(
+        added < fresh.sampled.clusters.len(),
+        "{added} added, {} fresh",
+        fresh.sampled.clusters.len()
+    );
     // What was there stays, bit for bit.
     assert!(
-        extended.sh[..first.sh.len()] == first.sh
-            && extended.clusters.center[..first.sh.len()] == first.clusters.center
+        extended.sampled.sh[..first.sampled.sh.len()] == first.sampled.sh
+            && extended.sampled.clusters.center[..first.sampled.sh.len()]
+                == first.sampled.clusters.center
     );
     let (old, new) = (first.stage.proxy.saved(), extended.stage.proxy.saved());
     for ((light, gathered), (light_now, gathered_now)) in old.rows().zip(new.rows()) {
@@ -270,7 +275,7 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
     std::fs::write(&file, &good[..60]).unwrap();
     refused(&own, "PLY");
     let mut damaged = known.clone();
-    damaged.sh[3].0[0].x = f32::NAN;
+    damaged.sampled.sh[3].0[0].x = f32::NAN;
     save(&file, &own, &damaged, &s.decompose).unwrap();
     refused(&own, "cluster 3 is damaged");
     // The cells are the last element: 13 floats and a byte each. The second float is damaged.
@@ -291,7 +296,7 @@ fn a_planned_path_needs_nothing_more_and_threads_do_not_matter() {
         let run = Run::new(threads).unwrap();
         w.camera = start.clone();
         let mut prepared = plan(&w, &s.decompose, s.inputs(&w), &views, None, &run).unwrap();
-        let clusters = prepared.clusters.len();
+        let clusters = prepared.sampled.clusters.len();
         let mut boxes = NearBoxes::default();
         let frames: Vec<_> = views
             .iter()
@@ -305,9 +310,9 @@ fn a_planned_path_needs_nothing_more_and_threads_do_not_matter() {
                 )
             })
             .collect();
-        assert_eq!(prepared.clusters.len(), clusters);
+        assert_eq!(prepared.sampled.clusters.len(), clusters);
         prepared.look(&w, &s.decompose, s.inputs(&w), true, &run).unwrap();
-        let missing = prepared.clusters.len() - clusters;
+        let missing = prepared.sampled.clusters.len() - clusters;
         assert!(missing * 20 < clusters, "{missing} of {clusters} clusters were not planned");
         frames
     };

@@ -18,7 +18,7 @@ use crate::compare::flicker::{Flicker, Frame};
 use crate::error::{Error, Result};
 use crate::film::{self, Precision};
 use crate::load::load_camera_path;
-use crate::method::decompose::near_boxes::NearBoxes;
+use crate::method::decompose::near::boxes::NearBoxes;
 use crate::method::decompose::store::{self, Known};
 use crate::method::decompose::{self, NearNoise, Prepared};
 use crate::scene::{Camera, CameraPath, Fingerprint};
@@ -210,8 +210,8 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         film.push(json!({
             "file": file.display().to_string(),
             "cpu_seconds": seconds - before,
-            "clusters": now.clusters.len(),
-            "clusters_added": now.clusters.len() - now.earlier,
+            "clusters": now.sampled.clusters.len(),
+            "clusters_added": now.sampled.clusters.len() - now.earlier,
             "sides_added": now.sides_added,
             "flicker": Flicker::new(change.clone()),
         }));

@@ -89,8 +89,8 @@ const LINES: [Line; 9] = [
     },
     Line {
         name: "course",
-        method: Method::Decomposition,
-        fixed: &[("decompose.near_visibility", "assumed")],
+        method: Method::Course,
+        fixed: &[],
         knob: "decompose.alpha",
         values: &["4%", "2%", "1%"],
         with_default: true,

@@ -132,15 +132,16 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     }
     check_outputs(&args.output)?;
     check_samples(args)?;
-    let job = args.scene.prepare(&extra, args.output.time_limit, cancel)?;
+    let mut job = args.scene.prepare(&extra, args.output.time_limit, cancel)?;
     let denoiser = job.config.denoise.open(&job.run)?;
     let world = World::new(&job.scene, args.scene.backend, &job.run)?;
+    job.config = job.config.for_method(args.method, world.diagonal)?;
     warn_of_camera(&args.scene, &job.run, &world);
     let config = &job.config;
     let inputs = config.inputs(world.diagonal);
     let mut rendered = match args.method {
         Method::Path => path::render(&world, &config.path, config.seed, &job.run)?,
-        Method::Decomposition => {
+        Method::Decomposition | Method::Course => {
             decomposed(args, &job.scene, &world, &config.decompose, inputs, &job.run)?
         }
         Method::IrradianceCache => {
@@ -187,7 +188,7 @@ fn check_samples(args: &RenderArgs) -> Result<()> {
             name(args.method)
         )))
     };
-    if !matches!(args.method, Method::IrradianceCache | Method::Decomposition) {
+    if !matches!(args.method, Method::IrradianceCache | Method::Decomposition | Method::Course) {
         if args.load_cache.is_some() {
             return unknown("--load-cache", "--method decomposition or irradiance-cache");
         }

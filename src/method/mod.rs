@@ -1,8 +1,10 @@
-//! The methods, siblings that never import one another, and what they share: [`stage`] before them,
+//! The methods, siblings that never import one another (but for [`course`], which is
+//! [`decompose`] under settings of its own), and what they share: [`stage`] before them,
 //! [`Rendered`] after.
 
 pub mod cache;
 pub mod converge;
+pub mod course;
 pub mod decompose;
 pub mod direct;
 pub mod final_gather;
@@ -26,6 +28,8 @@ pub enum Method {
     /// Irradiance decomposition in three passes.
     #[default]
     Decomposition,
+    /// Irradiance decomposition as the course of 2007 has it, every step.
+    Course,
     /// Irradiance caching: few records, extrapolated and blended.
     IrradianceCache,
     /// Final gathering through the proxy at every point: what decomposition and caching can at best

@@ -104,24 +104,8 @@ pub enum NearVisibility {
     /// seen, as a difference against the SH.
     #[default]
     Rays,
-    /// The sum over cells, with the share of each that its cluster sees; rays where a cell seen in
-    /// part matters.
-    #[serde(rename = "triangles+rays")]
-    TrianglesRays,
     /// No near sum at all: the far field alone.
     Off,
-}
-
-/// What happens where near cells cover more than the hemisphere.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Overlap {
-    /// The near update is scaled down until it covers no more than the hemisphere and takes no more
-    /// than the far field holds.
-    #[default]
-    Scale,
-    /// The plain sum (the course).
-    Keep,
 }
 
 /// One alpha for the picture, or one for each cluster.
@@ -179,9 +163,6 @@ pub struct DecomposeSettings {
     pub near_visibility: NearVisibility,
     /// Rays per shading point with `near_visibility = "rays"`.
     pub near_rays: u32,
-    /// With `near_visibility = "triangles+rays"`: share of the far irradiance below which a cell
-    /// seen in part is not tested.
-    pub near_tolerance: f32,
     /// What their noise sticks to when the camera moves. `nearfar fly` takes `world` unless told
     /// otherwise.
     pub near_noise: NearNoise,
@@ -189,8 +170,6 @@ pub struct DecomposeSettings {
     pub near_filter: u32,
     /// Reach of the filter as a fraction of the mean distance to what is near.
     pub near_filter_reach: f32,
-    /// Rule for overlapping near cells.
-    pub overlap: Overlap,
 }
 
 impl Default for DecomposeSettings {
@@ -215,11 +194,9 @@ impl Default for DecomposeSettings {
             near_samples: 4,
             near_visibility: NearVisibility::default(),
             near_rays: 16,
-            near_tolerance: 0.01,
             near_noise: NearNoise::default(),
             near_filter: 4,
             near_filter_reach: 0.12,
-            overlap: Overlap::default(),
         }
     }
 }
@@ -266,7 +243,6 @@ impl DecomposeSettings {
             self.alpha_closeness > 0.0 && self.alpha_closeness.is_finite(),
             "must be positive",
         )?;
-        range("near_tolerance", self.near_tolerance >= 0.0, "must not be negative")?;
         range("near_rays", (1..=65_536).contains(&self.near_rays), "must be in 1..=65536")?;
         range(
             "cluster_normal_cos",
@@ -294,10 +270,7 @@ impl DecomposeSettings {
 
     /// Whether pass 3 sums over cells, and so needs the tree of them.
     pub fn sums_cells(&self) -> bool {
-        matches!(
-            self.near_visibility,
-            NearVisibility::Assumed | NearVisibility::Traced | NearVisibility::TrianglesRays
-        )
+        matches!(self.near_visibility, NearVisibility::Assumed | NearVisibility::Traced)
     }
 
     /// The lengths in a scene of the given diagonal. Where alpha is 0 or infinite the others fall

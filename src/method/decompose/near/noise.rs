@@ -1,15 +1,15 @@
 //! What the random numbers of short rays are keyed by: what their noise sticks to when the camera
 //! moves.
 //!
-//! | `near_noise` | Key | A picture | A film |
-//! |---|---|---|---|
-//! | `point` | number of the shading point | independent everywhere | new noise every frame |
-//! | `pixel` | pixel, and which of its points | independent everywhere | noise stands still on the screen while the scene moves under it |
-//! | `world` | box of space, at most a pixel wide, and facing | nearly independent | noise moves with the surface |
+//! With `point` the key is the number of the shading point: noise is independent everywhere, and
+//! new in every frame of a film. With `pixel` it is the pixel, and which of its points: independent
+//! everywhere in a picture, while in a film the noise stands still on the screen and the scene
+//! moves under it. With `world` it is a box of space, at most a pixel wide, and the facing: nearly
+//! independent in a picture, and in a film the noise moves with the surface.
 //!
 //! Boxes of `world` have sides of powers of two, so that they stay while a camera comes nearer,
-//! until it is twice as near.
-//! Guarantees  a function of the shading points alone: never of threads or of earlier frames.
+//! until it is twice as near. The key is a function of the shading points alone, never of threads
+//! or of earlier frames.
 
 use serde::{Deserialize, Serialize};
 

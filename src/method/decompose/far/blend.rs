@@ -5,18 +5,18 @@
 //! ```
 //! The SH is linear in its coefficients, so blending coefficients blends irradiance. A point with
 //! no cluster in reach takes its nearest cluster by d / max(N·Nᵢ, 0.1); where that one may not
-//! serve it ([`super::validity`]) the caller samples the point's own hemisphere, so that nothing is
+//! serve it ([`super::sight`]) the caller samples the point's own hemisphere, so that nothing is
 //! ever black, or lit through a wall, for want of a sample.
 //!
-//! Guarantees  continuous in x inside the reach, but for clusters that come into sight.
-//! Cost    a uniform grid of side R: a few tens of candidates a query.
+//! The field is continuous in x inside the reach, but for clusters that come into sight. A uniform
+//! grid of side R finds a few tens of candidates a query.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::cluster::Clusters;
-use super::validity::Sight;
+use super::{Clusters, SampledClusters, Sight};
 use crate::math::KdTree;
+use crate::method::decompose::Context;
 use crate::sh::ShRgb;
 
 /// Clusters with their SH, indexed by position.
@@ -51,8 +51,16 @@ pub struct Blend {
 const MAX_SIDE_CELLS: f32 = 200.0;
 
 impl<'a> FarField<'a> {
-    /// Indexes `clusters` with their `sh` for a reach of `radius`.
-    pub fn new(clusters: &'a Clusters, sh: &'a [ShRgb], radius: f32, normal_power: f32) -> Self {
+    /// The field that the settings ask for.
+    pub fn of(context: &Context<'a>, sampled: &'a SampledClusters) -> Self {
+        let Context { world, settings, lengths, .. } = *context;
+        let field = Self::new(sampled, lengths.blend_radius, settings.blend_normal_power);
+        if settings.sight { field.with_sight(Sight::new(world, &sampled.clusters)) } else { field }
+    }
+
+    /// Indexes the clusters for a reach of `radius`.
+    pub fn new(sampled: &'a SampledClusters, radius: f32, normal_power: f32) -> Self {
+        let SampledClusters { clusters, sh } = sampled;
         let bounds = crate::math::Aabb::around(clusters.center.iter().copied());
         let extent = if bounds.is_empty() { Vec3::ZERO } else { bounds.max - bounds.min };
         let reach = radius
@@ -202,8 +210,8 @@ mod tests {
         };
         let mut constant = ShRgb::default();
         constant.0[0] = Rgb::new(1.0, 2.0, 3.0);
-        let sh = vec![constant; 3];
-        let field = FarField::new(&clusters, &sh, 1.5, 4.0);
+        let sampled = SampledClusters { clusters, sh: vec![constant; 3] };
+        let field = FarField::new(&sampled, 1.5, 4.0);
         for p in [Vec3::ZERO, Vec3::new(0.5, 0.3, 0.2), Vec3::new(40.0, -3.0, 2.0)] {
             let c = field.at(p, Vec3::new(0.0, 0.6, 0.8)).unwrap();
             assert!((c.sh.0[0] - constant.0[0]).length() < 1e-5);

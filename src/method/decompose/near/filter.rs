@@ -1,22 +1,23 @@
 //! The noise that short near rays leave, filtered over irradiance (never over colour).
 //!
 //! ```text
-//! near_i = Σ_j w_ij near_j / Σ_j w_ij,   w_ij = exp(−|p_i − p_j|² / 2 r_i²) · max(0, n_i·n_j)^16 · (1 − h_ij / r_i)₊
-//! r_i = near_filter_reach / c_i,   c_i = window mean of Σ_hits m / max(d, pixel), per ray          h_ij: distance of p_j from the plane of i
+//! near_i = Σ_j w_ij near_j / Σ_j w_ij
+//! w_ij = exp(−|p_i − p_j|² / 2 r_i²) · max(0, n_i·n_j)^16 · (1 − h_ij / r_i)₊
+//! r_i = near_filter_reach / c_i,    c_i: window mean of Σ_hits m / max(d, pixel), per ray
+//! h_ij: distance of p_j from the plane of i
 //! ```
+//!
 //! Irradiance from a surface at distance d changes over lengths of about d, so a point may average
 //! over a fraction of the harmonic mean distance of what is near it: contact shadows stay, where
 //! nothing is close the window decides. c is itself a mean over the window, for sixteen rays are
 //! too few to know it. Only the near part is filtered; the far part has no noise of a single point.
+//! Nothing counts as closer than a pixel: one hit at no distance in a window would keep all of it
+//! unfiltered, which shows as dark specks.
 //!
-//! Nothing counts as closer than a pixel: one hit at no distance in a window kept all of it
-//! unfiltered (dark specks along the door frame and under the picture of veach_ajar).
-//!
-//! Input   points in pixel order, their near part and closeness. Output  the filtered near part.
-//! Guarantees  deterministic; a constant near part stays; normals and planes keep sides of an edge
-//!             apart. Cost  window · tens of ns a point.
-//! Knobs   `near_filter` window radius in pixels (0: off), `near_filter_reach` as a fraction of the
-//!         distance.
+//! [`filter`] takes points in pixel order with their near part and closeness. It is deterministic,
+//! a constant near part stays, and normals and planes keep the sides of an edge apart. It costs the
+//! window times tens of nanoseconds a point. The knobs are `near_filter`, the window's radius in
+//! pixels (0: off), and `near_filter_reach`, the fraction of the distance.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -33,16 +34,26 @@ pub struct NearPart {
     pub closeness: f32,
 }
 
-/// Filters the near part over windows of `radius` pixels in an image `width` pixels wide.
-/// `apart(i, j)` names points that may not share.
+/// Where the filter looks.
+#[derive(Clone, Copy, Debug)]
+pub struct Window {
+    /// Width of the image, pixels.
+    pub width: u32,
+    /// Radius of the window, pixels.
+    pub radius: u32,
+    /// Reach as a fraction of the distance of what is near.
+    pub reach: f32,
+}
+
+/// Filters the near part over a window around each point. `apart(i, j)` names points that may not
+/// share.
 pub fn filter(
     points: &ShadingPoints,
     near: &[NearPart],
-    width: u32,
-    radius: u32,
-    reach: f32,
+    window: Window,
     apart: impl Fn(usize, usize) -> bool + Sync,
 ) -> Vec<Rgb> {
+    let Window { width, radius, reach } = window;
     let height = points.pixel.last().map_or(0, |&p| p / width + 1);
     let mut first = vec![0u32; (width * height) as usize + 1];
     points.pixel.iter().for_each(|&p| first[p as usize + 1] += 1);

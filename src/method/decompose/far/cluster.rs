@@ -1,14 +1,14 @@
 //! Pass 2a: hierarchical vector quantisation of the shading points by position and normal.
 //!
 //! Top down: a node whose members lie further than `cluster_radius` from its centre, or turn
-//! further than `cluster_normal_cos` from its normal, is split in two by k-means (k = 2) under d =
-//! |p − P| + r (1 − n·N), so that a right angle counts as one radius `[Course07]`. Nodes above 20
-//! 000 points are cut at the median of their widest axis.
+//! further than `cluster_normal_cos` from its normal, is split in two by k-means (k = 2) under the
+//! distance d = |p − P| + r (1 − n·N), so that a right angle counts as one radius `[Course07]`.
+//! Nodes above 20 000 points are cut at the median of their widest axis.
 //!
-//! Input   [`ShadingPoints`] and a choice of them. Output  [`Clusters`] in depth-first order.
-//! Guarantees  every chosen point in exactly one cluster; both bounds hold for every cluster;
-//!             deterministic for any thread count.
-//! Cost    O(points · log clusters), a few ns each.
+//! [`cluster`](fn@cluster) turns a choice of [`ShadingPoints`] into [`Clusters`] in depth-first
+//! order. Every chosen point is in exactly one cluster, both bounds hold for every cluster, and the
+//! result is the same for any number of threads. It costs O(points · log clusters), a few
+//! nanoseconds each.
 
 use glam::Vec3;
 
@@ -80,9 +80,13 @@ impl Clusters {
 const MEDIAN_ABOVE: usize = 20_000;
 const ITERATIONS: usize = 10;
 
-struct Bounds {
-    radius: f32,
-    normal_cos: f32,
+/// How large a cluster may be.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// Largest distance of a member from the centre, scene units.
+    pub radius: f32,
+    /// Least cosine between a member's normal and the cluster's.
+    pub normal_cos: f32,
 }
 
 #[derive(Clone, Copy)]
@@ -103,18 +107,17 @@ fn centre(points: &ShadingPoints, members: &[u32]) -> Centre {
     }
 }
 
-/// Clusters of the points listed in `chosen`.
+/// Clusters within `bounds` of the points listed in `chosen`.
 pub fn cluster(
     points: &ShadingPoints,
     mut chosen: Vec<u32>,
-    radius: f32,
-    normal_cos: f32,
+    bounds: Bounds,
     seed: u64,
 ) -> Clusters {
     if chosen.is_empty() {
         return summarize(points, std::iter::empty());
     }
-    summarize(points, split(points, &mut chosen, &Bounds { radius, normal_cos }, seed, 1))
+    summarize(points, split(points, &mut chosen, &bounds, seed, 1))
 }
 
 /// The member nearest to `center`.
@@ -243,6 +246,10 @@ mod tests {
     use super::*;
     use crate::sampling::sample_uniform_sphere;
 
+    fn bounds(radius: f32, normal_cos: f32) -> Bounds {
+        Bounds { radius, normal_cos }
+    }
+
     fn random_points(n: usize) -> ShadingPoints {
         let mut rng = Rng::new(1, Stream::Test, 0, 0);
         let mut points = ShadingPoints::default();
@@ -265,7 +272,7 @@ mod tests {
     #[test]
     fn bounds_hold_and_every_point_has_a_cluster() {
         let points = random_points(30_000);
-        let clusters = cluster(&points, (0..30_000).collect(), 0.1, 0.7, 3);
+        let clusters = cluster(&points, (0..30_000).collect(), bounds(0.1, 0.7), 3);
         let mut seen = clusters.members.clone();
         seen.sort_unstable();
         assert!(seen.iter().copied().eq(0..30_000));
@@ -284,11 +291,11 @@ mod tests {
             points.p.push(Vec3::ONE);
             points.ns.push(Vec3::Z);
         }
-        assert_eq!(cluster(&points, (0..50).collect(), 0.0, 1.0 - 1e-6, 3).len(), 1);
+        assert_eq!(cluster(&points, (0..50).collect(), bounds(0.0, 1.0 - 1e-6), 3).len(), 1);
         // Opposite normals at one position must still come apart.
         points.ns[7] = -Vec3::Z;
-        assert_eq!(cluster(&points, (0..50).collect(), 0.1, 0.5, 3).len(), 2);
-        assert!(cluster(&points, Vec::new(), 0.1, 0.5, 3).is_empty());
+        assert_eq!(cluster(&points, (0..50).collect(), bounds(0.1, 0.5), 3).len(), 2);
+        assert!(cluster(&points, Vec::new(), bounds(0.1, 0.5), 3).is_empty());
     }
 
     #[test]
@@ -297,7 +304,7 @@ mod tests {
         let run = |threads| {
             crate::run::Run::new(threads)
                 .unwrap()
-                .install(|| cluster(&points, (0..25_000).collect(), 0.2, 0.5, 3).members)
+                .install(|| cluster(&points, (0..25_000).collect(), bounds(0.2, 0.5), 3).members)
         };
         assert_eq!(run(1), run(4));
     }

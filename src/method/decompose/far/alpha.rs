@@ -2,7 +2,8 @@
 //! surrounds it.
 //!
 //! ```text
-//! α_c = 2^k α, k ∈ {1, 0, −1}: the largest with α_c ≤ κ R_c,   1 / R_c = mean over cosine rays from the members of 1 / t
+//! α_c = 2^k α, k ∈ {1, 0, −1}:   the largest with α_c ≤ κ R_c
+//! 1 / R_c = mean of 1 / t over cosine rays from the members
 //! ```
 //! How fast the far field changes from place to place goes with the inverse of the distance to what
 //! is seen, so an open wall is served by few wide clusters and a corner by many narrow ones. Top
@@ -11,26 +12,21 @@
 //! blend of its clusters' α_c with the weights of the SH; the near part is a difference against
 //! that same SH, so any alpha keeps the sum whole.
 //!
-//! Measured, trimmed relMSE and CPU seconds, single → adaptive (κ 0.12; 0.25): Cornell 0.00038 in
-//! 2.6 s → 0.00045 in 2.6; 0.00047 in 2.2. nested-slats 0.00416 in 3.5 → 0.00414 in 3.7; 0.00418 in
-//! 3.5. veach_ajar 0.00451 in 1.95 → 0.00345 in 2.2; 0.00408 in 2.0. foliage 0.00256 in 3.0 →
-//! 0.00252 in 3.3; 0.00252 in 3.2. It pays where rooms are large and their detail is small, and
-//! loses in a box: `single` is the default. Alpha alone, with clusters as they are, changes little:
-//! 1, 2, 4 and 8 % of the diagonal agree within 9 % on four scenes.
+//! It pays where rooms are large and their detail is small, and loses in a box, so `single` is the
+//! default (figures in `docs/records/2026-11-decompose.md`).
 //!
-//! Input   points and a choice of them. Output  [`Clusters`] with `scale` = α_c / α. Source
-//!         `[Ward88]` (harmonic mean distance).
-//! Guarantees  bounds of size and normal hold at each cluster's own scale; deterministic. Cost
-//!             [`PROBES`] rays a cluster and level.
-//! Knob    κ = `alpha_closeness` 0.25.
+//! [`adaptive`] turns a choice of points into [`Clusters`] with `scale` = α_c / α. The harmonic
+//! mean distance is `[Ward88]`'s. The bounds of size and normal hold at each cluster's own scale,
+//! and the result does not depend on threads. It costs [`PROBES`] rays a cluster and level; the
+//! knob is κ = `alpha_closeness`.
 
 use rayon::prelude::*;
 
-use super::DecomposeSettings;
-use super::cluster::{Clusters, cluster, summarize};
+use super::cluster::{Bounds, Clusters, cluster, summarize};
 use crate::math::{Frame, Ray};
+use crate::method::decompose::Context;
 use crate::record::ShadingPoints;
-use crate::run::{RayKind, Run};
+use crate::run::RayKind;
 use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere};
 use crate::shading::World;
 
@@ -39,27 +35,18 @@ pub const PROBES: u32 = 32;
 const SCALES: [f32; 3] = [2.0, 1.0, 0.5];
 
 /// Clusters of the chosen points, each at its own scale.
-pub fn adaptive(
-    world: &World,
-    points: &ShadingPoints,
-    chosen: Vec<u32>,
-    settings: &DecomposeSettings,
-    seed: u64,
-    run: &Run,
-) -> Clusters {
-    let lengths = settings.lengths(world.diagonal);
+pub fn adaptive(context: &Context<'_>, points: &ShadingPoints, chosen: Vec<u32>) -> Clusters {
+    let Context { world, settings, lengths, seed, run, .. } = *context;
     let (mut groups, mut scales) = (Vec::new(), Vec::new());
     let mut open = vec![chosen];
     for (level, scale) in SCALES.into_iter().enumerate() {
         let cut = |(i, members): (usize, Vec<u32>)| {
             let key = seed ^ ((level as u64) << 48) ^ ((i as u64) << 20);
-            let clusters = cluster(
-                points,
-                members,
-                lengths.cluster_radius * scale,
-                settings.cluster_normal_cos,
-                key,
-            );
+            let bounds = Bounds {
+                radius: lengths.cluster_radius * scale,
+                normal_cos: settings.cluster_normal_cos,
+            };
+            let clusters = cluster(points, members, bounds, key);
             let list = |c: usize| {
                 let wide = level + 1 < SCALES.len()
                     && distance(world, points, clusters.members_of(c), key ^ c as u64)

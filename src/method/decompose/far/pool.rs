@@ -2,26 +2,28 @@
 //! each seen from its own centre.
 //!
 //! ```text
-//! hit y of cluster i, seen from centre c:   wi' = (y − c)/|y − c|      dω' = dω · J,   J = (cos θ'_y / cos θ_y) (|y − p|² / |y − c|²)
-//! weight in the fit:   k(|c − Pᵢ|) · max(0, N·Nᵢ)^p · min(J, 4) · (1 − m)      m = larger membership of y in the near balls of p and c
+//! hit y of cluster i, seen from centre c:   wi' = (y − c)/|y − c|,   dω' = dω · J
+//! J = (cos θ'_y / cos θ_y) (|y − p|² / |y − c|²)
+//! weight in the fit:   k(|c − Pᵢ|) · max(0, N·Nᵢ)^p · min(J, 4) · (1 − m)
+//! m = larger membership of y in the near balls of p and c
 //! ```
+//!
 //! Seen from a step aside a distant hit keeps its radiance (surfaces are diffuse) and changes only
 //! direction and solid angle: parallax is exact, so neighbours serve as if they were rays of one's
 //! own. Near hits do not: their solid angle changes without bound and what hides them changes too,
 //! so a cluster uses only its own (weight 1 − 0.9 m).
 //!
-//! Guarantees  with one cluster, or `pool_radius = 0`, the plain fit of its own rays; a constant
-//!             field stays constant.
-//! Not         visibility: what a neighbour saw may be hidden from here, an error of the size that
-//!             blending their SH would make.
-//! Cost        ~30 ns a pooled hit at three bands. Knob `pool_radius`, default 2 cluster radii.
+//! With one cluster, or `pool_radius = 0`, the result is the plain fit of the cluster's own rays; a
+//! constant field stays constant. What a neighbour saw may be hidden from here: that is not tested,
+//! and is an error of the size that blending their SH would make. A pooled hit costs about 30 ns at
+//! three bands. The knob is `pool_radius`, by default two cluster radii.
 
 use glam::Vec3;
 
+use super::Sight;
 use super::cluster::Clusters;
-use super::validity::Sight;
-use super::{DecomposeSettings, Lengths, membership};
 use crate::math::KdTree;
+use crate::method::decompose::{DecomposeSettings, Lengths, NearHits};
 use crate::radiometry::Rgb;
 use crate::sh::{Fit, ShRgb};
 
@@ -43,6 +45,13 @@ pub struct FarHit {
     pub radiance: Rgb,
     /// Membership of the hit in the near ball of the ray's origin.
     pub membership: f32,
+}
+
+impl FarHit {
+    /// Weight in the fit of the cluster that shot the ray.
+    pub fn own_weight(&self) -> f32 {
+        1.0 - 0.9 * self.membership
+    }
 }
 
 /// All hits of all clusters.
@@ -79,7 +88,7 @@ impl<'a> Pool<'a> {
     pub fn fit(&self, cluster: usize) -> ShRgb {
         let mut fit = Fit::new(self.settings.sh_bands as usize);
         for hit in &self.hits[cluster] {
-            fit.add(hit.wi, hit.radiance, 1.0 - 0.9 * hit.membership);
+            fit.add(hit.wi, hit.radiance, hit.own_weight());
         }
         let (c, n, reach) = (
             self.clusters.center[cluster],
@@ -120,7 +129,7 @@ impl<'a> Pool<'a> {
             let distance = to.length();
             let wi = to / distance.max(f32::MIN_POSITIVE);
             let (cos, cos_there) = (-wi.dot(hit.normal), -hit.wi.dot(hit.normal));
-            let m = membership(distance, alpha).max(hit.membership);
+            let m = NearHits::Damp.membership(distance, alpha).max(hit.membership);
             if cos <= 0.0 || cos_there <= 1e-3 || m >= 1.0 {
                 continue;
             }
@@ -134,6 +143,7 @@ impl<'a> Pool<'a> {
 mod tests {
     use super::*;
     use crate::math::Frame;
+    use crate::method::decompose::Length;
     use crate::sampling::{Sobol, Stream, sample_uniform_hemisphere};
 
     /// Hits from `p` (normal +z) under a ceiling at z = 1, radiance 1 where x > 0.
@@ -165,7 +175,7 @@ mod tests {
     #[test]
     fn a_neighbours_hits_are_seen_from_the_own_centre() {
         let settings = DecomposeSettings {
-            pool_radius: Some(super::super::Length::Units(1.0)),
+            pool_radius: Some(Length::Units(1.0)),
             ..DecomposeSettings::default()
         };
         let lengths = Lengths { alpha: 0.1, ..settings.lengths(1.0) };
@@ -189,7 +199,7 @@ mod tests {
     #[test]
     fn no_reach_is_the_own_fit_and_a_constant_stays() {
         let mut settings = DecomposeSettings {
-            pool_radius: Some(super::super::Length::Units(0.0)),
+            pool_radius: Some(Length::Units(0.0)),
             ..DecomposeSettings::default()
         };
         let clusters = clusters(&[Vec3::ZERO, Vec3::new(0.4, 0.0, 0.0)]);
@@ -200,7 +210,7 @@ mod tests {
             Pool::new(&clusters, &hits, None, &settings, settings.lengths(1.0)).fit(0),
             alone
         );
-        settings.pool_radius = Some(super::super::Length::Units(1.0));
+        settings.pool_radius = Some(Length::Units(1.0));
         hits[1] = under_a_ceiling(clusters.center[1]);
         hits.iter_mut().flatten().for_each(|h| h.radiance = Rgb::new(1.0, 2.0, 3.0));
         let constant = Pool::new(&clusters, &hits, None, &settings, settings.lengths(1.0)).fit(0);
