@@ -5,9 +5,10 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::length::Length;
 use nearfar::math::Ray;
 use nearfar::proxy::{
-    Estimate, Facet, Landing, Need, Photon, PhotonSettings, Proxy, ProxyInputs, photons,
+    Estimate, Facet, Landing, Need, Photon, Proxy, ProxyInputs, ProxySettings, photons,
 };
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
@@ -53,7 +54,7 @@ fn world(meshes: Vec<Mesh>, materials: Vec<Material>, lights: Vec<Light>) -> Wor
 pub(crate) fn solved(
     world: &World,
     near_cell: f32,
-    settings: &PhotonSettings,
+    settings: &ProxySettings,
     threads: usize,
 ) -> Proxy {
     let inputs = ProxyInputs { near_cell, settings, seed: 7 };
@@ -71,12 +72,12 @@ pub(crate) fn mean_indirect(proxy: &Proxy, side: Side) -> Rgb {
     sum / area
 }
 
-fn few(count: u32) -> PhotonSettings {
-    PhotonSettings {
-        count,
+fn few(count: u32) -> ProxySettings {
+    ProxySettings {
+        photons: count,
         direct_samples: 4,
         estimate: Estimate::Cells,
-        ..PhotonSettings::default()
+        ..ProxySettings::default()
     }
 }
 
@@ -109,7 +110,7 @@ fn stored_power_is_the_albedo_series() {
     assert!(traced.photons.iter().all(|p| p.incident.dot(normal(p)) < 0.0));
     let energy: f64 = traced.photons.iter().map(|p| f64::from(p.flux.x)).sum();
     for estimate in BOTH {
-        let proxy = solved(&w, 0.3, &PhotonSettings { estimate, ..few(count) }, 2);
+        let proxy = solved(&w, 0.3, &ProxySettings { estimate, ..few(count) }, 2);
         let area: f32 = proxy.facets().map(|f| f.area()).sum();
         let found = mean_indirect(&proxy, Side::Front).x * area;
         assert!(
@@ -131,7 +132,7 @@ fn furnace() {
         let proxy = solved(
             &w,
             0.2,
-            &PhotonSettings { estimate, neighbours: 200, direct_samples: 64, ..few(1 << 17) },
+            &ProxySettings { estimate, neighbours: 200, direct_samples: 64, ..few(1 << 17) },
             2,
         );
         // E = πLe/(1 − ρ), of which πLe is direct; emission itself is left out.
@@ -191,8 +192,7 @@ fn integrating_sphere() {
     let w = world(vec![hollow_sphere(24, radius)], vec![gray(albedo)], vec![lamp]);
     let expected = albedo * intensity / (radius * radius * (1.0 - albedo));
     for estimate in BOTH {
-        let proxy =
-            solved(&w, 0.5, &PhotonSettings { estimate, neighbours: 100, ..few(40_000) }, 2);
+        let proxy = solved(&w, 0.5, &ProxySettings { estimate, neighbours: 100, ..few(40_000) }, 2);
         let mean = mean_indirect(&proxy, Side::Front).x;
         // The polyhedron's area is 0.6 % below the sphere's; noise of 40 000 paths about 0.5 %.
         assert!((mean / expected - 1.0).abs() < 0.02, "{estimate:?}: {mean} {expected}");
@@ -217,7 +217,12 @@ fn thin_wall_and_sheet_do_not_leak() {
         let proxy = solved(
             &w,
             0.1,
-            &PhotonSettings { estimate, neighbours: 200, max_radius: 0.2, ..few(20_000) },
+            &ProxySettings {
+                estimate,
+                neighbours: 200,
+                max_radius: Length::PercentOfDiagonal(20.0),
+                ..few(20_000)
+            },
             2,
         );
         let mut lit = 0;
@@ -249,8 +254,16 @@ fn sky_is_indirect_and_lights_both_sides() {
     let w =
         world(vec![sheet], vec![gray(0.5)], vec![Light::Sky { radiance: Rgb::new(1.0, 2.0, 4.0) }]);
     for estimate in BOTH {
-        let proxy =
-            solved(&w, 0.1, &PhotonSettings { estimate, max_radius: 0.5, ..few(1 << 16) }, 2);
+        let proxy = solved(
+            &w,
+            0.1,
+            &ProxySettings {
+                estimate,
+                max_radius: Length::PercentOfDiagonal(50.0),
+                ..few(1 << 16)
+            },
+            2,
+        );
         for side in [Side::Front, Side::Back] {
             let e = mean_indirect(&proxy, side) / Rgb::new(1.0, 2.0, 4.0) / PI;
             assert!((e - Rgb::ONE).abs().max_element() < 0.03, "{estimate:?} {side:?}: {e}");
@@ -279,7 +292,7 @@ fn direct_light_is_exact() {
         radiance: Rgb::new(1.0, 2.0, 3.0),
     };
     let w = world(vec![floor], vec![gray(0.5)], vec![lamp]);
-    let proxy = solved(&w, 1.0, &PhotonSettings { direct_samples: 4096, ..few(1000) }, 1);
+    let proxy = solved(&w, 1.0, &ProxySettings { direct_samples: 4096, ..few(1000) }, 1);
     let f = proxy.facet(0);
     let mean = (f.radiosity_of(Side::Front) + proxy.facet(1).radiosity_of(Side::Front)) / 2.0;
     let expected = Rgb::new(1.0, 2.0, 3.0) * (0.5 * PI * 0.137_671_753);
@@ -301,7 +314,7 @@ fn same_bits_for_any_thread_count() {
     let w =
         world(vec![quads(&room(Vec3::ZERO, Vec3::ONE), 0, Sides::One)], vec![gray(0.6)], lights);
     for estimate in BOTH {
-        let settings = PhotonSettings { estimate, ..few(20_000) };
+        let settings = ProxySettings { estimate, ..few(20_000) };
         let one = solved(&w, 0.05, &settings, 1);
         for threads in [2, 8] {
             let other = solved(&w, 0.05, &settings, threads);
@@ -326,9 +339,10 @@ fn interruption_is_an_error() {
         fn begin(&self, _: &str, _: u64) {}
         fn advance(&self, _: u64) {}
         fn end(&self) {}
+        fn warn(&self, _: &str) {}
     }
     let run = Run::new(1).unwrap().with_reporter(Box::new(Quiet), std::sync::Arc::new(true.into()));
-    let settings = PhotonSettings::default();
+    let settings = ProxySettings::default();
     let inputs = ProxyInputs { near_cell: 0.5, settings: &settings, seed: 1 };
     let made = Proxy::new(&w, inputs, Need::Views(&[]), &run);
     assert!(matches!(made, Err(nearfar::error::Error::Interrupted)));
@@ -351,7 +365,7 @@ fn need_by_landings_makes_light_where_rays_landed_and_keeps_what_was() {
             .collect()
     };
     let (first, second) = (landings(0.5), landings(2.5));
-    let settings = PhotonSettings { count: 1000, gather_rays: 256, ..PhotonSettings::default() };
+    let settings = ProxySettings { photons: 1000, gather_rays: 256, ..ProxySettings::default() };
     let inputs = ProxyInputs { near_cell: 0.2, settings: &settings, seed: 7 };
     let mut proxy = Proxy::new(&w, inputs, Need::Landings(&first), &run).unwrap();
     let gathered = |proxy: &Proxy| {

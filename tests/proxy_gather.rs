@@ -4,8 +4,9 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::length::Length;
 use nearfar::math::Frame;
-use nearfar::proxy::{Estimate, PhotonSettings};
+use nearfar::proxy::{Estimate, ProxySettings};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 use nearfar::sampling::{Rng, Stream, sample_cosine_hemisphere, sample_triangle};
@@ -33,13 +34,13 @@ fn world(
     .unwrap()
 }
 
-fn gather() -> PhotonSettings {
-    PhotonSettings {
+fn gather() -> ProxySettings {
+    ProxySettings {
         estimate: Estimate::Gather,
-        count: 2000,
+        photons: 2000,
         direct_samples: 16,
         gather_rays: 32,
-        ..PhotonSettings::default()
+        ..ProxySettings::default()
     }
 }
 
@@ -54,7 +55,7 @@ fn furnace() {
         Vec3::splat(0.5),
         Vec3::X,
     );
-    let proxy = solved(&w, 0.2, &PhotonSettings { direct_samples: 2048, ..gather() }, 2);
+    let proxy = solved(&w, 0.2, &ProxySettings { direct_samples: 2048, ..gather() }, 2);
     assert_eq!(proxy.stats().gathered, proxy.facet_count(), "everything is seen, backs are not");
     let stats = proxy.stats();
     assert!(stats.residual < 1e-3 && stats.sweeps < gather().gather_sweeps);
@@ -110,7 +111,12 @@ fn a_dark_room_stays_dark() {
             Vec3::new(eye, 0.5, 0.5),
             Vec3::new(eye, 1.0, 0.6),
         );
-        let proxy = solved(&w, 0.1, &PhotonSettings { max_radius: 0.02, ..gather() }, 2);
+        let proxy = solved(
+            &w,
+            0.1,
+            &ProxySettings { max_radius: Length::PercentOfDiagonal(2.0), ..gather() },
+            2,
+        );
         let (gathered, all) = (proxy.stats().gathered, proxy.facet_count());
         assert!(gathered * 3 > all, "{gathered} of {all}");
         let mut sums = [0.0; 2];
@@ -178,10 +184,10 @@ fn buried_area_does_not_dilute() {
         Vec3::new(1.0, 1.0, 0.3),
     );
     let found = |estimate| {
-        let settings = PhotonSettings {
+        let settings = ProxySettings {
             estimate,
             gather_rays: 512,
-            count: 200_000,
+            photons: 200_000,
             neighbours: 100,
             ..gather()
         };

@@ -10,10 +10,11 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::locations::Locations;
 use super::stage::Inputs;
-use super::{Rendered, ply};
+use super::{MethodStatistics, Rendered, ply};
 use crate::error::Result;
-use crate::film::Film;
+use crate::film::{Film, Layer, layer};
 use crate::math::Ray;
 use crate::proxy::{Landing, Need, Proxy, ProxyInputs, photons};
 use crate::radiometry::Rgb;
@@ -21,6 +22,27 @@ use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream};
 use crate::shading::World;
 use crate::tessellate::Side;
+
+const CELL: Layer =
+    Layer::one("cell", "id", "cell at the centre of the pixel; −1 where there is none");
+
+/// Layers of the picture.
+pub const LAYERS: [Layer; 3] = [layer::IRRADIANCE, layer::ALBEDO, CELL];
+
+/// What is told of the proxy's picture.
+#[derive(Clone, Debug, Serialize)]
+pub struct PhotonMapStatistics {
+    /// Pieces of surfaces.
+    pub cells: usize,
+    /// Stored photons.
+    pub photons: usize,
+    /// Emitted paths.
+    pub photon_paths: u32,
+    /// Sides of cells that were computed.
+    pub cell_sides: usize,
+    /// Those of them that rest on fewer photons than asked for.
+    pub starved_cell_sides: usize,
+}
 
 /// Renders the proxy with the camera samples of `inputs`.
 ///
@@ -89,18 +111,14 @@ pub fn render(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> 
     });
     film.set("cell.id", ids);
     let stats = proxy.stats();
-    let stats = [
-        ("cells", serde_json::json!(stats.cells)),
-        ("photons", stats.photons.into()),
-        ("photon_paths", stats.paths.into()),
-        ("cell_sides", stats.sides.into()),
-        ("starved_cell_sides", stats.starved.into()),
-    ];
-    Ok(Rendered {
-        film,
-        stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
-        ..Rendered::default()
-    })
+    let statistics = MethodStatistics::PhotonMap(PhotonMapStatistics {
+        cells: stats.cells,
+        photons: stats.photons,
+        photon_paths: stats.paths,
+        cell_sides: stats.sides,
+        starved_cell_sides: stats.starved,
+    });
+    Ok(Rendered { film, statistics, locations: Locations::default() })
 }
 
 /// Traces the photons of [`render`] again, the same for the same seed, and writes them as binary

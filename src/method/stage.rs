@@ -4,7 +4,7 @@
 //! their pictures is the method alone. Phases `cells`, `photons`, `gather`, `record`.
 
 use crate::error::Result;
-use crate::proxy::{Need, PhotonSettings, Proxy, ProxyInputs};
+use crate::proxy::{Need, Proxy, ProxyInputs, ProxySettings};
 use crate::record::{CameraSamples, RecordSettings, camera_samples};
 use crate::run::Run;
 use crate::shading::{DirectSettings, World};
@@ -15,7 +15,7 @@ pub struct Inputs<'a> {
     /// Longest edge of a cell, scene units.
     pub near_cell: f32,
     /// The proxy.
-    pub photon: &'a PhotonSettings,
+    pub photon: &'a ProxySettings,
     /// Camera samples and shading points.
     pub record: &'a RecordSettings,
     /// Direct light of the camera samples.
@@ -29,6 +29,23 @@ impl<'a> Inputs<'a> {
     pub fn proxy(&self) -> ProxyInputs<'a> {
         ProxyInputs { near_cell: self.near_cell, settings: self.photon, seed: self.seed }
     }
+}
+
+/// What is told of proxy and camera samples.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct StageStatistics {
+    /// Pieces of surfaces.
+    pub cells: usize,
+    /// Stored photons.
+    pub photons: usize,
+    /// Sides of cells whose irradiance was gathered.
+    pub gathered_sides: usize,
+    /// Sweeps over them.
+    pub sweeps: u32,
+    /// Relative change of irradiance in the last sweep.
+    pub sweep_residual: f32,
+    /// Points that need indirect light.
+    pub shading_points: usize,
 }
 
 /// Proxy and camera samples.
@@ -55,18 +72,15 @@ impl Stage {
     }
 
     /// Statistics that all these methods share.
-    pub fn stats(&self) -> serde_json::Map<String, serde_json::Value> {
+    pub fn statistics(&self) -> StageStatistics {
         let proxy = self.proxy.stats();
-        [
-            ("cells", serde_json::json!(proxy.cells)),
-            ("photons", proxy.photons.into()),
-            ("gathered_sides", proxy.gathered.into()),
-            ("sweeps", proxy.sweeps.into()),
-            ("sweep_residual", f64::from(proxy.residual).into()),
-            ("shading_points", self.samples.points.len().into()),
-        ]
-        .into_iter()
-        .map(|(key, value)| (key.to_owned(), value))
-        .collect()
+        StageStatistics {
+            cells: proxy.cells,
+            photons: proxy.photons,
+            gathered_sides: proxy.gathered,
+            sweeps: proxy.sweeps,
+            sweep_residual: proxy.residual,
+            shading_points: self.samples.points.len(),
+        }
     }
 }

@@ -10,7 +10,7 @@
 //! `radiosity = "photon"` takes the indirect light of the proxy (photons and rays between cells)
 //! instead.
 //!
-//! Input   [`World`], [`PointsSettings`]. Output  [`Cloud`] with the channels of
+//! Input   [`World`], [`PointBasedSettings`]. Output  [`Cloud`] with the channels of
 //!         [`super::element`].
 //! Guarantees  the same for any number of threads. Cost  `direct_samples` shadow rays per element
 //!             and side; a gather per leaf, facing and bounce.
@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use super::sum::mean_open;
 use super::{
-    Accessibility, Cloud, Gather, Gathered, Hierarchy, Overlap, Piece, PointsSettings,
+    Accessibility, Cloud, Gather, Gathered, Hierarchy, Overlap, Piece, PointBasedSettings,
     RadiositySource, Receiver, dice, sum,
 };
 use crate::error::Result;
@@ -59,7 +59,7 @@ struct Lit {
 /// As [`dice`].
 pub fn bake_areas(
     world: &World,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     run: &Run,
 ) -> Result<(Cloud, Vec<Piece>)> {
     settings.validate()?;
@@ -78,7 +78,7 @@ pub fn bake_areas(
 /// For settings out of range, as [`dice`] and [`Proxy::new`], [`crate::error::Error::Interrupted`].
 pub fn bake(
     world: &World,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     proxy: ProxyInputs<'_>,
     seed: u64,
     run: &Run,
@@ -100,8 +100,8 @@ pub fn bake(
             let views = std::slice::from_ref(&world.camera);
             let inputs = ProxyInputs { seed, ..proxy };
             let proxy = Proxy::new(world, inputs, Need::Views(views), run)?;
-            for (i, &Piece { triangle, .. }) in pieces.iter().enumerate() {
-                let b = pieces[i].at(glam::Vec2::splat(0.5));
+            for (i, piece) in pieces.iter().enumerate() {
+                let (b, triangle) = (piece.at(glam::Vec2::splat(0.5)), piece.triangle);
                 for (side, leaving) in Side::BOTH.into_iter().zip(&mut leaving) {
                     let landing = Landing { triangle, u: b.x, v: b.y, side };
                     leaving[i] += albedo[i] * proxy.read(&landing).indirect;
@@ -204,10 +204,10 @@ fn bounces(
     leaving: &mut [Vec<Rgb>; 2],
     sky: &Sky,
     diagonal: f32,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     run: &Run,
 ) -> Result<()> {
-    let coarse = PointsSettings {
+    let coarse = PointBasedSettings {
         maxsolidangle: settings.maxsolidangle.max(BOUNCE_SOLID_ANGLE),
         microbufres: settings.microbufres.min(BOUNCE_RES),
         overlap: Overlap::Raster,
@@ -262,7 +262,7 @@ pub fn element_irradiance(
     cloud: &Cloud,
     sky: &Sky,
     diagonal: f32,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     run: &Run,
 ) -> Result<[Vec<Rgb>; 2]> {
     let groups = like_elements(tree, cloud);
@@ -285,7 +285,7 @@ pub fn accessibility(
     tree: &Hierarchy,
     cloud: &Cloud,
     diagonal: f32,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     run: &Run,
 ) -> Result<Option<Accessibility>> {
     if settings.overlap != Overlap::Bunnell {
@@ -389,7 +389,7 @@ fn under(sky: &Sky, r: &Receiver, how: std::result::Result<&mut Gather<'_>, Gath
 /// [`crate::error::Error::Interrupted`].
 pub fn gather_all(
     tree: &Hierarchy,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     weights: Option<&Accessibility>,
     receivers: &[Receiver],
     sky: &Sky,

@@ -1,6 +1,6 @@
 //! What every step of making the proxy is given.
 
-use super::PhotonSettings;
+use super::ProxySettings;
 use super::cell_side::CellSide;
 use super::cells::Cells;
 use crate::run::Run;
@@ -12,7 +12,7 @@ use crate::tessellate::Side;
 pub(super) struct Making<'a> {
     pub world: &'a World,
     pub cells: &'a Cells,
-    pub settings: &'a PhotonSettings,
+    pub settings: &'a ProxySettings,
     pub seed: u64,
     pub run: &'a Run,
 }

@@ -12,7 +12,7 @@
 
 use glam::Vec3;
 
-use super::PhotonSettings;
+use super::ProxySettings;
 use super::surface_index::{SurfaceIndex, squashed};
 use super::trace::Photon;
 use crate::math::KdTree;
@@ -39,7 +39,7 @@ impl PhotonMap {
         index: &SurfaceIndex,
         p: Vec3,
         n: Vec3,
-        settings: &PhotonSettings,
+        settings: &ProxySettings,
         cap: f32,
         scratch: &mut Vec<(f32, u32)>,
     ) -> Rgb {
@@ -99,7 +99,7 @@ mod tests {
         let geometry = Geometry::new(&scene);
         let cells = Cells::new(&geometry, 0.07).unwrap();
         let (n, sets, k) = (4000, 300, 50u32);
-        let mut corrected = PhotonSettings { neighbours: k, ..PhotonSettings::default() };
+        let mut corrected = ProxySettings { neighbours: k, ..ProxySettings::default() };
         let mut sums = [[0.0f64; 3]; 2];
         let mut squares = 0.0;
         let places = [Vec3::new(0.5, 0.5, 0.0), Vec3::new(0.5, 0.0, 0.0), Vec3::ZERO];

@@ -19,7 +19,7 @@
 //! | `proxy` | [`Proxy`], [`Need`]: the interface |
 //! | `landing`, `facet` | where rays land and what they are told; the triangles of the near sum |
 //! | `saved`, `stats` | what a file keeps of a proxy; what it tells of itself |
-//! | `settings` | [`PhotonSettings`] |
+//! | `settings` | [`ProxySettings`] |
 //! | `cells`, `cell_side` | pieces of triangles, found from a hit; the key of one side |
 //! | `making` | world, cells, settings, seed, run: what every step below is given |
 //! | `trace` | photons from all lights, bounced to their end |
@@ -63,6 +63,6 @@ pub use facet::Facet;
 pub use landing::{Incident, Landing, Piece, Reading};
 pub use proxy::{Need, Proxy, ProxyInputs};
 pub use saved::SavedProxy;
-pub use settings::{Estimate, PhotonSettings};
+pub use settings::{Estimate, ProxySettings};
 pub use stats::{Added, ProxyStats};
 pub use trace::{Photon, Traced, photons};

@@ -17,7 +17,7 @@ use super::making::Making;
 use super::radiosity::CellRadiosity;
 use super::solve::{extend, solve};
 use super::{
-    Added, Facet, Incident, Landing, PhotonSettings, Piece, ProxyStats, Reading, SavedProxy,
+    Added, Facet, Incident, Landing, Piece, ProxySettings, ProxyStats, Reading, SavedProxy,
 };
 use crate::error::{Error, Result};
 use crate::math::Ray;
@@ -33,7 +33,7 @@ pub struct ProxyInputs<'a> {
     /// Longest edge of a piece of surface, scene units.
     pub near_cell: f32,
     /// How its light is found.
-    pub settings: &'a PhotonSettings,
+    pub settings: &'a ProxySettings,
     /// Seed of every random number.
     pub seed: u64,
 }
@@ -52,7 +52,7 @@ pub enum Need<'a> {
 pub struct Proxy {
     cells: Cells,
     light: CellRadiosity,
-    settings: PhotonSettings,
+    settings: ProxySettings,
     seed: u64,
     stats: ProxyStats,
 }

@@ -9,7 +9,7 @@ use glam::Vec3;
 
 use super::cell_side::CellSide;
 use super::radiosity::CellRadiosity;
-use super::{Estimate, PhotonSettings};
+use super::{Estimate, ProxySettings};
 use crate::tessellate::Side;
 
 /// Floats in a row.
@@ -68,7 +68,7 @@ impl SavedProxy {
     /// The number of the first row whose numbers no proxy has.
     pub fn from_rows<'a>(
         rows: impl Iterator<Item = (Vec<f32>, &'a [u8])>,
-        settings: &PhotonSettings,
+        settings: &ProxySettings,
     ) -> std::result::Result<Self, usize> {
         let mut known = CellRadiosity::default();
         for (i, (floats, bytes)) in rows.enumerate() {

@@ -74,7 +74,7 @@ impl<'a> FromPhotons<'a> {
             .map(|c| cells.area(c) * coverage.get(c as usize).unwrap_or(&1.0))
             .collect();
         let whole: f64 = area.iter().map(|&a| f64::from(a)).sum();
-        let cap = settings.max_radius * world.diagonal;
+        let cap = settings.max_radius.resolve(world.diagonal);
         let even = (whole * f64::from(settings.neighbours)
             / (std::f64::consts::PI * photons.len().max(1) as f64))
             .sqrt() as f32;
@@ -163,7 +163,7 @@ pub(super) fn solve(making: Making<'_>, need: Need<'_>) -> Result<(CellRadiosity
     let phase = run.phase("cells", cells.len() as u64);
     let stored = traced.photons.iter().map(|p| p.flux.as_dvec3()).sum::<glam::DVec3>();
     let mut stats = ProxyStats {
-        paths: settings.count,
+        paths: settings.photons,
         photons: traced.photons.len(),
         emitted_flux: traced.emitted_flux,
         stored_flux: stored.as_vec3(),

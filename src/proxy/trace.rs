@@ -92,7 +92,7 @@ pub fn photons(world: &World, inputs: ProxyInputs<'_>, run: &Run) -> Result<Trac
 /// # Errors
 /// [`crate::error::Error::Interrupted`].
 pub(super) fn trace(making: &Making<'_>) -> Result<Traced> {
-    let (run, count) = (making.run, making.settings.count);
+    let (run, count) = (making.run, making.settings.photons);
     let phase = run.phase("photons", u64::from(count));
     let blocks: Vec<Traced> = run.install(|| {
         (0..count.div_ceil(BLOCK))
@@ -137,7 +137,7 @@ fn follow(making: &Making<'_>, path: u32, out: &mut Traced) {
     ) else {
         return;
     };
-    let mut flux = emission.flux / settings.count as f32;
+    let mut flux = emission.flux / settings.photons as f32;
     out.emitted_flux += flux;
     let mut ray = emission.ray;
     let mut stores = emission.from_sky;

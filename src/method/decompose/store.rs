@@ -28,7 +28,7 @@ use crate::radiometry::Rgb;
 use crate::scene::Fingerprint;
 use crate::sh::ShRgb;
 
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Settings of the last pass, of sampling the camera, and lengths, which count by their value in
 /// this scene.
@@ -77,7 +77,7 @@ pub fn key(
     let lengths = settings.lengths(diagonal);
     Key::new("decomposition", VERSION, scene)
         .with("decompose", settings, &LEFT_OUT)
-        .with("photon", inputs.photon, &[])
+        .with("proxy", inputs.photon, &[])
         // As text: infinity is no number in JSON.
         .with_value("decompose.alpha", lengths.alpha.to_string())
         .with_value("decompose.cluster_radius", lengths.cluster_radius)
