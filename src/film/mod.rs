@@ -7,6 +7,7 @@
 mod exr;
 mod png;
 
+#[cfg(feature = "cli")]
 pub(crate) use exr::atomically;
 pub use exr::{Precision, read_exr, write_exr};
 pub use png::{srgb8, write_png, write_png_rgb};
