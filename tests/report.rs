@@ -147,8 +147,12 @@ fn open(dir: &Path, width: u32, height: u32) -> Option<Page> {
 
 /// The viewer's place on the screen: left, top, width, height.
 fn stage(page: &mut Page) -> [f64; 4] {
-    let found =
-        page.evaluate("(() => { const r = document.querySelector('.stage canvas').getBoundingClientRect(); return [r.left, r.top, r.width, r.height]; })()");
+    let found = page.evaluate(
+        "(() => \
+                       { const r = document.querySelector('.stage \
+                       canvas').getBoundingClientRect(); return [r.left, r.top, r.width, \
+                       r.height]; })()",
+    );
     std::array::from_fn(|i| found[i].as_f64().unwrap())
 }
 

@@ -197,7 +197,7 @@ mod tests {
         let image: Vec<Rgb> = exact
             .iter()
             .zip(0u32..)
-            .map(|(&c, i)| c * if i % width / 8 % 2 == 0 { 1.05 } else { 0.97 })
+            .map(|(&c, i)| c * if (i % width / 8).is_multiple_of(2) { 1.05 } else { 0.97 })
             .collect();
         let noisy = |seed| -> Vec<Rgb> {
             let mut rng = Rng::new(seed, Stream::Test, 0, 0);

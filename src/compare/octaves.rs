@@ -290,8 +290,9 @@ mod tests {
     #[test]
     fn each_size_has_its_octave() {
         let full = 0.01 / 1.01;
-        let signed =
-            |s: u32| move |x: u32, y: u32| if (x / s + y / s) % 2 == 0 { 0.1 } else { -0.1 };
+        let signed = |s: u32| {
+            move |x: u32, y: u32| if (x / s + y / s).is_multiple_of(2) { 0.1 } else { -0.1 }
+        };
         only(&of(signed(1)), 1, full);
         only(&of(signed(4)), 4, full);
         only(&of(signed(16)), 16, full);
@@ -322,12 +323,12 @@ mod tests {
     fn clouds_on_a_busy_wall_are_not_seen() {
         let busy = |x: u32| x >= W / 2;
         let exact: Vec<Rgb> = (0..W * H)
-            .map(|i| Rgb::splat(if busy(i % W) && i % 2 == 0 { 4.0 } else { 1.0 }))
+            .map(|i| Rgb::splat(if busy(i % W) && i.is_multiple_of(2) { 4.0 } else { 1.0 }))
             .collect();
         let cloud = |left: bool| {
             let image: Vec<Rgb> = (0..W * H)
                 .map(|i| {
-                    let sign = if (i % W / 8 + i / W / 8) % 2 == 0 { 1.1 } else { 0.9 };
+                    let sign = if (i % W / 8 + i / W / 8).is_multiple_of(2) { 1.1 } else { 0.9 };
                     exact[i as usize] * if busy(i % W) == left { 1.0 } else { sign }
                 })
                 .collect();

@@ -8,6 +8,7 @@ mod exr;
 pub mod layer;
 mod png;
 
+#[cfg(feature = "cli")]
 pub(crate) use exr::atomically;
 pub use exr::{Precision, read_exr, write_exr};
 pub use layer::{Channels, Layer, layer_of};
