@@ -162,7 +162,9 @@ impl Judged<'_> {
                 *c += half[i].as_dvec3();
             }
         }
-        (n > 0.0).then(|| self.truth.relative_to(d * e / (n * n), c.map(|c| c / n)))
+        let square = d * e / (n * n);
+        let [first, second] = c.map(|c| self.truth.relative_to(square, c / n));
+        (n > 0.0).then_some(0.5 * (first + second))
     }
 
     /// The figure of plain regions with its standard error.
