@@ -15,7 +15,7 @@ const SMALL: [&str; 10] = [
     "--threads",
     "2",
     "--set",
-    "photon.count=2000",
+    "proxy.photons=2000",
     "--set",
     "record.spp=4",
     "--set",

@@ -3,7 +3,8 @@
 use nearfar::bench::budget::budget;
 use nearfar::compare::{Truth, compare};
 use nearfar::config::RenderConfig;
-use nearfar::method::decompose::{Length, NearVisibility, render};
+use nearfar::length::Length;
+use nearfar::method::decompose::{NearVisibility, render};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 

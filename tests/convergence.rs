@@ -2,10 +2,11 @@
 //! minimum in alpha.
 
 use nearfar::compare::{Halves, Reference, Truth, errors};
-use nearfar::method::decompose::{DecomposeSettings, Length, render};
+use nearfar::length::Length;
+use nearfar::method::decompose::{DecomposeSettings, render};
 use nearfar::method::path::{self, PathSettings};
 use nearfar::method::stage::Inputs;
-use nearfar::photon::{Estimate, PhotonSettings};
+use nearfar::photon::{Estimate, ProxySettings};
 use nearfar::record::RecordSettings;
 use nearfar::run::Run;
 use nearfar::shading::{DirectSettings, World};
@@ -40,7 +41,7 @@ impl Bench {
     }
 
     /// relMSE of the final image, mean over seeds (one picture's error is itself random).
-    fn error(&self, decompose: &DecomposeSettings, photon: &PhotonSettings) -> f64 {
+    fn error(&self, decompose: &DecomposeSettings, photon: &ProxySettings) -> f64 {
         let (record, direct) = (
             RecordSettings { spp: 16, ..RecordSettings::default() },
             DirectSettings { light_samples: 16 },
@@ -77,14 +78,14 @@ fn falls(name: &str, errors: &[f64], ratio: f64) {
 #[test]
 fn error_falls_with_rays_photons_and_clusters_and_alpha_has_a_minimum() {
     let bench = Bench::new();
-    let photon = PhotonSettings { count: 100_000, ..PhotonSettings::default() };
+    let photon = ProxySettings { photons: 100_000, ..ProxySettings::default() };
     let rays =
         [12, 48, 192].map(|rays| bench.error(&DecomposeSettings { rays, ..settings() }, &photon));
     falls("rays 12, 48, 192", &rays, 0.7);
     let photons = [300, 3000, 30_000].map(|count| {
         bench.error(
             &settings(),
-            &PhotonSettings { count, estimate: Estimate::Cells, ..photon.clone() },
+            &ProxySettings { photons: count, estimate: Estimate::Cells, ..photon.clone() },
         )
     });
     falls("photons 300, 3000, 30000", &photons, 0.7);

@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 use nearfar::compare::{Truth, compare};
 use nearfar::ffi::oidn::{Denoiser, VARIABLE};
 use nearfar::film::{Film, read_exr};
+use nearfar::method::Method;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.toml");
 const TRUTH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.exr");
@@ -143,7 +144,9 @@ fn every_method_takes_it() {
         return;
     }
     let folder = Folder::new("methods");
-    for method in ["decomposition", "irradiance-cache", "gather", "path", "direct", "photon-map"] {
+    for method in Method::ALL {
+        let name = method.name();
+        let method = name;
         let film = folder.film(
             method,
             &[
@@ -152,7 +155,7 @@ fn every_method_takes_it() {
                 "--spp",
                 "2",
                 "--set",
-                "photon.count=1000",
+                "proxy.photons=1000",
                 "--method",
                 method,
                 "--denoise",

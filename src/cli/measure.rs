@@ -22,10 +22,10 @@ use serde_json::Value;
 use toml::Table;
 
 use super::options::{Job, SceneOptions};
-use super::statistics::children_cpu_seconds;
 use crate::config::{self, RenderConfig};
 use crate::error::{Error, Result};
 use crate::method::Method;
+use crate::process::children_cpu_seconds;
 use crate::scene::Fingerprint;
 
 /// How often a running child is looked at.
@@ -70,9 +70,7 @@ impl Configuration {
 
     /// `--method …` and a `--set` for every setting.
     fn arguments(&self) -> Vec<String> {
-        let method = clap::ValueEnum::to_possible_value(&self.method)
-            .map_or_else(String::new, |v| v.get_name().to_owned());
-        let mut arguments = vec!["--method".to_owned(), method];
+        let mut arguments = vec!["--method".to_owned(), self.method.name().to_owned()];
         assign("settings", &self.settings, &mut arguments);
         arguments
     }
@@ -136,15 +134,10 @@ impl Workshop {
         let mut hash = DefaultHasher::new();
         (file.len(), file.modified().ok()).hash(&mut hash);
         (Fingerprint::new(&job.scene), format!("{:?}", job.scene.camera)).hash(&mut hash);
-        (format!("{:?}", options.backend), job.run.threads()).hash(&mut hash);
+        job.run.threads().hash(&mut hash);
         let mut common = vec![options.scene.display().to_string()];
         let mut give = |name: &str, value: String| common.extend([name.to_owned(), value]);
         give("--threads", job.run.threads().to_string());
-        give(
-            "--backend",
-            clap::ValueEnum::to_possible_value(&options.backend)
-                .map_or_else(String::new, |v| v.get_name().to_owned()),
-        );
         if let Some((width, height)) = options.size {
             give("--size", format!("{width}x{height}"));
         }

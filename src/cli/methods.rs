@@ -147,7 +147,7 @@ const LINES: [Line; 9] = [
         name: "photon-map",
         method: Method::PhotonMap,
         fixed: &[],
-        knob: "photon.count",
+        knob: "proxy.photons",
         values: &[],
         with_default: true,
     },
@@ -477,8 +477,8 @@ mod tests {
             }
         );
         assert_eq!(
-            parse_sweep("gather:photon.count=1000").unwrap().key.as_deref(),
-            Some("photon.count")
+            parse_sweep("gather:proxy.photons=1000").unwrap().key.as_deref(),
+            Some("proxy.photons")
         );
         for wrong in ["decomposition", "magic=1", "path=", "path=1,,2", "path:=1"] {
             assert!(parse_sweep(wrong).is_err(), "{wrong}");
