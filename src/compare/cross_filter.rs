@@ -3,21 +3,21 @@
 //! Computes   c₀ = F₁(half0) and c₁ = F₀(half1). F₁ averages pixels of its input with weights that
 //!            are taken from half1, F₀ with weights from half0: each half says which pixels of the
 //!            other belong together, so a weight never follows the noise that it averages, and
-//!            bright samples are not mistaken for structure of their own. A pixel's own value counts
-//!            for next to nothing: what stands in its place must not know its noise, or a
+//!            bright samples are not mistaken for structure of their own. A pixel's own value
+//!            counts for next to nothing: what stands in its place must not know its noise, or a
 //!            denominator made of it would be large exactly where the numerator is (without this
-//!            rule the error of a picture read 0.001 for 0.009 against 256 samples of a dark room).
+//!            rule the error of a picture read 0.001 for 0.009 against 256 samples of a room).
 //! Method     Non-local means ([Buades, Coll, Morel 2005]) with the distance of [Rousselle, Knaus,
 //!            Zwicker 2012] over patches of 7×7 pixels in a window of 15×15:
 //!            d² = ((u_p − u_q)² − (v_p + min(v_p, v_q))) / (10⁻⁴ m² + 0.45² (v_p + v_q)),
-//!            weight e^(−max(0, mean d²)), u a pixel of the guiding half, v its variance, m the mean
-//!            of the picture. The variance is half the squared difference of the halves, averaged
-//!            over 5×5 pixels.
+//!            weight e^(−max(0, mean d²)), u a pixel of the guiding half, v its variance, m the
+//!            mean of the picture. The variance is half the squared difference of the halves,
+//!            averaged over 5×5 pixels.
 //! Input      two images of width · height pixels with independent noise of equal size. Output
 //!            two images. Guarantees the same bits for any number of threads.
-//! Not        exact: the weights of half1 know its noise a little. Not as good as a trained denoiser that knows albedo and normals: textures below the noise
-//!            are blurred. It serves as a denominator, where a tenth of a pixel's value matters
-//!            little.
+//! Not        exact: the weights of half1 know its noise a little. Not as good as a trained
+//!            denoiser that knows albedo and normals: textures below the noise are blurred. It
+//!            serves as a denominator, where a tenth of a pixel's value matters little.
 //! Cost       225 · 2 passes over the picture, about 8 µs of CPU a pixel; 100 B a pixel of memory.
 
 use rayon::prelude::*;
