@@ -1,11 +1,11 @@
 //! Rays as a render would shoot them, recorded so that every backend can be given the same ones.
 //!
-//! | Stream | Query | Rays |
-//! |---|---|---|
-//! | camera | closest | pixels in rows, one sample each, as often as needed |
-//! | shadow | any | from what the camera sees to a point on a light, or a cosine direction where no light can be sampled |
-//! | photon | closest | from lights (or random points of the scene without any), up to four diffuse bounces: incoherent |
-//! | gather | closest | 16 cosine directions at each of the points that the camera sees |
+//! * camera (closest hit): pixels in rows, one sample each, as often as needed;
+//! * shadow (any hit): from what the camera sees to a point on a light, or in a cosine direction
+//!   where no light can be sampled;
+//! * photon (closest hit): from lights (or random points of the scene without any), up to four
+//!   diffuse bounces: incoherent;
+//! * gather (closest hit): 16 cosine directions at each of the points that the camera sees.
 //!
 //! Guarantee: a stream depends on scene, seed and count only.
 
