@@ -24,6 +24,7 @@ pub fn render(
     run: &Run,
 ) -> Result<Rendered> {
     record.validate()?;
+    direct.validate()?;
     let samples = camera_samples(world, record, direct, seed, run)?;
     let none = vec![Rgb::ZERO; samples.points.len()];
     Ok(Rendered {

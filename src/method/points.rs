@@ -101,7 +101,7 @@ pub fn gather_picture(
     run: &Run,
 ) -> Result<PointLayers> {
     settings.validate()?;
-    inputs.record.validate()?;
+    inputs.validate()?;
     let samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
     let at = receivers(&samples.points, settings, inputs.seed);
     let (gathered, gathers) = match accessibility(tree, cloud, world.diagonal, settings, run)? {

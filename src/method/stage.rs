@@ -29,6 +29,16 @@ impl<'a> Inputs<'a> {
     pub fn proxy(&self) -> ProxyInputs<'a> {
         ProxyInputs { near_cell: self.near_cell, settings: self.photon, seed: self.seed }
     }
+
+    /// Whether these settings are in their ranges.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Setting`] for the first that is not.
+    pub fn validate(&self) -> Result<()> {
+        self.photon.validate()?;
+        self.record.validate()?;
+        self.direct.validate()
+    }
 }
 
 /// What is told of proxy and camera samples.
@@ -64,7 +74,7 @@ impl Stage {
     /// Settings out of range, a proxy that does not fit memory,
     /// [`crate::error::Error::Interrupted`].
     pub fn new(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Self> {
-        inputs.record.validate()?;
+        inputs.validate()?;
         let views = std::slice::from_ref(&world.camera);
         let proxy = Proxy::new(world, inputs.proxy(), Need::Views(views), run)?;
         let samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;

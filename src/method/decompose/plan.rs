@@ -92,7 +92,7 @@ pub fn plan(
         }
         None => {
             settings.validate()?;
-            inputs.record.validate()?;
+            inputs.validate()?;
             let proxy = Proxy::new(world, inputs.proxy(), Need::Views(views), run)?;
             let stage = Stage { proxy, samples: CameraSamples::default() };
             Prepared { stage, ..Prepared::empty(settings.lengths(world.diagonal)) }

@@ -99,7 +99,7 @@ impl Prepared {
         run: &Run,
     ) -> Result<Self> {
         settings.validate()?;
-        inputs.record.validate()?;
+        inputs.validate()?;
         let proxy = Proxy::restore(world, inputs.proxy(), known.proxy, run)?;
         let stage = Stage { proxy, samples: CameraSamples::default() };
         let sampled = known.sampled;
