@@ -4,8 +4,9 @@
 use nearfar::accel::Backend;
 use nearfar::config::RenderConfig;
 use nearfar::film::Film;
+use nearfar::length::Length;
 use nearfar::method::Method;
-use nearfar::method::decompose::{DecomposeSettings, Length, Prepared, prepare, render};
+use nearfar::method::decompose::{DecomposeSettings, Prepared, prepare, render};
 use nearfar::method::path::{self, PathSettings};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
@@ -28,8 +29,8 @@ fn picture(w: &World, config: &RenderConfig, run: &Run) -> Film {
 
 /// A scene of the gallery, 48 × 48 pixels.
 fn scene(name: &str) -> Scene {
-    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join(format!("scenes/{name}/{name}.toml"));
+    let file =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}/{name}.toml"));
     let set = ["width", "height"].map(|k| (format!("camera.{k}"), "48".to_owned()));
     nearfar::load::load(&file, &set).unwrap().scene
 }
@@ -83,7 +84,7 @@ fn clusters_and_triangles_are_no_bigger_than_alpha() {
                 rays: 16,
                 ..DecomposeSettings::default()
             };
-            config.photon.count = 1000;
+            config.proxy.photons = 1000;
             let config = config.for_method(Method::Course, w.diagonal).unwrap();
             let inputs = config.inputs(w.diagonal);
             let Prepared { lengths, stage, sampled, .. } =

@@ -1,11 +1,12 @@
 //! The decomposition's exact limits and invariances.
 
 use glam::Vec3;
+use nearfar::length::Length;
 use nearfar::method::decompose::far::cluster::{Bounds, cluster};
 use nearfar::method::decompose::far::{Bundle, FarField, SampledClusters, sample};
 use nearfar::method::decompose::near::cells::{CellSum, NearTree};
 use nearfar::method::decompose::pass3::{Far, Pass3};
-use nearfar::method::decompose::{Context, DecomposeSettings, Length, NearHits, Receiver, render};
+use nearfar::method::decompose::{Context, DecomposeSettings, NearHits, Receiver, render};
 use nearfar::method::stage::Inputs;
 use nearfar::photon::CellRadiosity;
 use nearfar::photon::Proxy;

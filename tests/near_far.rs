@@ -2,13 +2,14 @@
 //! wall.
 
 use glam::Vec3;
+use nearfar::length::Length;
 use nearfar::method::decompose::far::cluster::{Bounds, cluster};
 use nearfar::method::decompose::far::sight::separate;
 use nearfar::method::decompose::far::{Bundle, FarField, SampledClusters, Sight, sample};
 use nearfar::method::decompose::near::cells::{CellSum, NearTree};
 use nearfar::method::decompose::pass3::{Far, Pass3};
 use nearfar::method::decompose::{
-    Context, DecomposeSettings, Length, Lengths, NearVisibility, Receiver, prepare, render,
+    Context, DecomposeSettings, Lengths, NearVisibility, Receiver, prepare, render,
 };
 use nearfar::method::gather::gather;
 use nearfar::method::stage::Inputs;

@@ -1,9 +1,10 @@
 //! Where the error of a decomposition picture sits: one part at a time is swapped for an exact one.
 //!
-//! Every row is the final image on a lattice of pixels, against the same ground truth. They differ
-//! in the irradiance at the shading points:
+//! The first row is the picture itself: all its pixels, the figures of `nearfar compare` to the last
+//! bit (before any denoising). The others are the final image on a lattice of pixels, against the
+//! same ground truth. They differ in the irradiance at the shading points:
 //!
-//! * "as rendered": the picture itself, all of it rendered, for its filter needs neighbours.
+//! * "as rendered, on the lattice": the picture's own; the row that the next ones compare with.
 //! * "exact direct light": the same, with 16 times the shadow rays in the direct light.
 //! * "proxy": `gather_rays` cosine rays straight through the proxy: what the method can at best
 //!   reach.
@@ -16,12 +17,12 @@
 
 use serde::Serialize;
 
-use crate::compare::{Errors, Halves, errors};
+use crate::compare::{Errors, Truth, errors, errors_at};
 use crate::error::Result;
 use crate::method::decompose::far::{SampledClusters, sample};
 use crate::method::decompose::pass3::{Far, Near, Pass3, PointIrradiance};
 use crate::method::decompose::{
-    Context, DecomposeSettings, Lengths, NearVisibility, Prepared, prepare,
+    Context, DecomposeSettings, Lengths, NearVisibility, Prepared, picture, prepare,
 };
 use crate::method::gather::gather;
 use crate::method::stage::Inputs;
@@ -40,22 +41,13 @@ pub struct BudgetRow {
     pub errors: Errors,
 }
 
-/// What the budget is measured against, one value a pixel of the whole image.
-#[derive(Debug)]
-pub struct Truth {
-    /// Mean.
-    pub mean: Vec<Rgb>,
-    /// Independent halves.
-    pub halves: Option<Halves>,
-}
-
 struct Lattice<'a> {
     context: Context<'a>,
     prepared: &'a Prepared,
     /// The lattice's pixels, and the camera samples of these alone.
     pixels: Vec<u32>,
     samples: CameraSamples,
-    truth: Truth,
+    truth: &'a Truth,
     gather_rays: u32,
 }
 
@@ -82,11 +74,6 @@ pub fn budget(
     let pixels: Vec<u32> = (0..height)
         .flat_map(|y| (0..width).filter(move |&x| wanted(x, y)).map(move |x| y * width + x))
         .collect();
-    let pick = |v: &[Rgb]| pixels.iter().map(|&i| v[i as usize]).collect::<Vec<_>>();
-    let truth = Truth {
-        mean: pick(&truth.mean),
-        halves: truth.halves.as_ref().map(|h| Halves(pick(&h.0), pick(&h.1))),
-    };
     let context = prepared.context(world, settings, inputs.seed, run);
     let lattice = Lattice { context, prepared: &prepared, pixels, samples, truth, gather_rays };
     let exact_direct = at(&DirectSettings { light_samples: inputs.direct.light_samples * 16 })?;
@@ -96,17 +83,15 @@ pub fn budget(
 impl Lattice<'_> {
     fn rows(&self, exact_direct: &CameraSamples) -> Result<Vec<BudgetRow>> {
         let Context { world, proxy, seed, run, lengths, .. } = self.context;
-        let (sampled, picture) = (&self.prepared.sampled, &self.prepared.stage.samples);
-        let found = Pass3::new(self.context, sampled).irradiance(&picture.points)?;
-        let rendered = totals(&found);
-        let of_lattice = rendered.iter().zip(&picture.points.pixel);
-        let of_lattice: Vec<Rgb> = of_lattice
-            .filter(|(_, pixel)| self.pixels.binary_search(pixel).is_ok())
-            .map(|(&e, _)| e)
-            .collect();
+        let (sampled, whole_view) = (&self.prepared.sampled, &self.prepared.stage.samples);
+        let film = picture(world, self.context.settings, self.prepared, seed, run)?.film;
+        let layer = |name: &str| film.rgb(name).unwrap_or_default();
+        let (beauty, indirect) = (layer(""), layer("indirect"));
+        let on_lattice: Vec<Rgb> = self.pixels.iter().map(|&i| beauty[i as usize]).collect();
         let mut rows = vec![
-            self.row("as rendered", picture, &rendered),
-            self.row("exact direct light", exact_direct, &of_lattice),
+            BudgetRow { part: "as rendered", errors: errors(&beauty, self.truth) },
+            self.judge("as rendered, on the lattice", &on_lattice),
+            self.judge("exact direct light", &self.image(exact_direct, &indirect)),
         ];
         let points = &self.samples.points;
         let mut row = |part, found: &[Rgb]| rows.push(self.row(part, &self.samples, found));
@@ -114,7 +99,7 @@ impl Lattice<'_> {
 
         let all_far = Context { lengths: Lengths { alpha: 0.0, ..lengths }, ..self.context };
         let clusters = sampled.clusters.clone();
-        let (sh, _) = sample(&all_far, &picture.points, &clusters)?;
+        let (sh, _) = sample(&all_far, &whole_view.points, &clusters)?;
         let whole = SampledClusters { clusters, sh };
         let mut pass3 = Pass3::new(all_far, &whole).with_near(Near::Off);
         let shared = totals(&pass3.irradiance(points)?);
@@ -137,14 +122,17 @@ impl Lattice<'_> {
     }
 
     fn row(&self, part: &'static str, samples: &CameraSamples, irradiance: &[Rgb]) -> BudgetRow {
-        let indirect = samples.reflect(irradiance);
-        let image: Vec<Rgb> = self
-            .pixels
-            .iter()
-            .map(|&i| i as usize)
-            .map(|i| samples.emission[i] + samples.direct[i] + indirect[i])
-            .collect();
-        BudgetRow { part, errors: errors(&image, &self.truth.mean, self.truth.halves.as_ref()) }
+        self.judge(part, &self.image(samples, &samples.reflect(irradiance)))
+    }
+
+    /// The lattice's pixels of a picture whose indirect light is given by pixel.
+    fn image(&self, samples: &CameraSamples, indirect: &[Rgb]) -> Vec<Rgb> {
+        let pixels = self.pixels.iter().map(|&i| i as usize);
+        pixels.map(|i| samples.emission[i] + samples.direct[i] + indirect[i]).collect()
+    }
+
+    fn judge(&self, part: &'static str, image: &[Rgb]) -> BudgetRow {
+        BudgetRow { part, errors: errors_at(&self.pixels, image, self.truth) }
     }
 }
 

@@ -44,11 +44,10 @@
 //! The failure case of the slides is darker than the truth where near surfaces hide one another;
 //! `tests/course.rs` checks that it is so here, and that elsewhere the bias is small.
 
-use super::decompose::{
-    AlphaMode, DecomposeSettings, Length, NearHits, NearIntegral, NearVisibility,
-};
+use super::decompose::{AlphaMode, DecomposeSettings, NearHits, NearIntegral, NearVisibility};
 use crate::error::{Error, Result};
-use crate::photon::{Estimate, PhotonSettings};
+use crate::length::Length;
+use crate::photon::{Estimate, ProxySettings};
 
 /// Sets a key to the course's value, `name` in words, if it had its default or that value.
 fn fixed<T: PartialEq>(
@@ -69,20 +68,20 @@ fn fixed<T: PartialEq>(
 ///
 /// Keys that the course decides are set; where they had a value that is neither the default nor the
 /// course's they are refused. Cells and clusters larger than the course allows are cut down to
-/// alpha. All other keys (`alpha`, `rays`, `sh_bands`, `near_samples`, `photon.count`, …) stay
+/// alpha. All other keys (`alpha`, `rays`, `sh_bands`, `near_samples`, `proxy.photons`, …) stay
 /// free.
 ///
 /// # Errors
 /// [`Error::Setting`] for keys that contradict the course.
 pub fn as_written(
     decompose: &DecomposeSettings,
-    photon: &PhotonSettings,
+    photon: &ProxySettings,
     diagonal: f32,
-) -> Result<(DecomposeSettings, PhotonSettings)> {
+) -> Result<(DecomposeSettings, ProxySettings)> {
     let (mut d, mut p) = (decompose.clone(), photon.clone());
     let default = DecomposeSettings::default();
     let estimate = (Estimate::Density, "\"density\"");
-    fixed("photon.estimate", &mut p.estimate, PhotonSettings::default().estimate, estimate)?;
+    fixed("proxy.estimate", &mut p.estimate, ProxySettings::default().estimate, estimate)?;
     let single = (AlphaMode::Single, "\"single\"");
     fixed("decompose.alpha_mode", &mut d.alpha_mode, default.alpha_mode, single)?;
     let ignore = (NearHits::Ignore, "\"ignore\"");
@@ -93,7 +92,7 @@ pub fn as_written(
     fixed("decompose.near_visibility", &mut d.near_visibility, default.near_visibility, assumed)?;
     fixed("decompose.ridge", &mut d.ridge, default.ridge, (0.0, "0"))?;
     fixed("decompose.sight", &mut d.sight, default.sight, (false, "false"))?;
-    fixed("decompose.near_filter", &mut d.near_filter, default.near_filter, (0, "0"))?;
+    fixed("decompose.near_filter", &mut d.near_filter, default.near_filter, (Some(0), "0"))?;
     let none = (Some(Length::Units(0.0)), "0");
     fixed("decompose.pool_radius", &mut d.pool_radius, default.pool_radius, none)?;
 
@@ -114,7 +113,7 @@ mod tests {
 
     #[test]
     fn every_step_is_the_courses_and_contradictions_are_named() {
-        let (photon, diagonal) = (PhotonSettings::default(), 50.0);
+        let (photon, diagonal) = (ProxySettings::default(), 50.0);
         let settings = DecomposeSettings {
             near_cell: Some(Length::Units(9.0)),
             cluster_radius: Some(Length::Units(0.1)),
@@ -125,18 +124,18 @@ mod tests {
         let lengths = d.lengths(diagonal);
         assert_eq!((lengths.alpha, lengths.near_cell, lengths.pool_radius), (1.0, 1.0, 0.0));
         assert_eq!((lengths.cluster_radius, d.rays, d.ridge, d.sight), (0.1, 77, 0.0, false));
-        assert_eq!((d.near_hits, d.near_filter), (NearHits::Ignore, 0));
+        assert_eq!((d.near_hits, d.near_filter), (NearHits::Ignore, Some(0)));
         assert_eq!(p.estimate, Estimate::Density);
         assert_eq!(
             as_written(&d, &p, diagonal).unwrap().0.lengths(diagonal),
             lengths,
             "the course's settings are the course's"
         );
-        let refused = |d: DecomposeSettings, p: PhotonSettings| {
+        let refused = |d: DecomposeSettings, p: ProxySettings| {
             as_written(&d, &p, diagonal).unwrap_err().to_string()
         };
-        let cells = PhotonSettings { estimate: Estimate::Cells, ..photon.clone() };
-        assert!(refused(settings.clone(), cells).contains("photon.estimate"));
+        let cells = ProxySettings { estimate: Estimate::Cells, ..photon.clone() };
+        assert!(refused(settings.clone(), cells).contains("proxy.estimate"));
         for (key, d) in [
             ("ridge", DecomposeSettings { ridge: 0.5, ..settings.clone() }),
             (

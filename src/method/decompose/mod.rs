@@ -38,12 +38,10 @@ pub mod store;
 
 pub use context::{Context, Receiver};
 pub use near::noise::NearNoise;
-pub use pass3::picture::{picture, picture_with, render};
+pub use pass3::picture::{DecomposeStatistics, LAYERS, picture, picture_with, render};
 pub use plan::plan;
 pub use prepare::{Prepared, prepare, resume};
-pub use settings::{
-    AlphaMode, DecomposeSettings, Length, Lengths, NearHits, NearIntegral, NearVisibility,
-};
+pub use settings::{AlphaMode, DecomposeSettings, Lengths, NearHits, NearIntegral, NearVisibility};
 
 impl NearHits {
     /// Membership of a piece of surface at distance `d` in the near ball: what far rays leave out

@@ -31,7 +31,7 @@ use crate::scene::Fingerprint;
 use crate::sh::ShRgb;
 use crate::tessellate::Side;
 
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Settings of the last pass, of sampling the camera, and lengths, which count by their value in
 /// this scene.
@@ -80,7 +80,7 @@ pub fn key(
     let lengths = settings.lengths(diagonal);
     Key::new("decomposition", VERSION, scene)
         .with("decompose", settings, &LEFT_OUT)
-        .with("photon", inputs.photon, &[])
+        .with("proxy", inputs.photon, &[])
         // As text: infinity is no number in JSON.
         .with_value("decompose.alpha", lengths.alpha.to_string())
         .with_value("decompose.cluster_radius", lengths.cluster_radius)

@@ -142,8 +142,8 @@ impl<'a> Pool<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::length::Length;
     use crate::math::Frame;
-    use crate::method::decompose::Length;
     use crate::sampling::{Sobol, Stream, sample_uniform_hemisphere};
 
     /// Hits from `p` (normal +z) under a ceiling at z = 1, radiance 1 where x > 0.

@@ -11,22 +11,20 @@
 //! until it is twice as near. The key is a function of the shading points alone, never of threads
 //! or of earlier frames.
 
-use serde::{Deserialize, Serialize};
-
 use crate::record::ShadingPoints;
 use crate::sampling::hash64;
+use crate::settings::choices;
 
-/// What near noise sticks to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum NearNoise {
-    /// Nothing: a number of its own for every shading point of a picture.
-    #[default]
-    Point,
-    /// The screen.
-    Pixel,
-    /// The surfaces.
-    World,
+choices! {
+    /// What near noise sticks to.
+    pub enum NearNoise default Point {
+        /// Nothing: a number of its own for every shading point of a picture.
+        Point = "point",
+        /// The screen.
+        Pixel = "pixel",
+        /// The surfaces.
+        World = "world",
+    }
 }
 
 /// Side of a box in pixel footprints, at most.

@@ -242,7 +242,7 @@ impl<'a> Pass3<'a> {
             Near::Rays => {
                 let count = context.settings.near_rays;
                 shot.near += u64::from(count);
-                let element = context.settings.near_noise.element(points, i);
+                let element = context.settings.near_noise().element(points, i);
                 ShortRays { count, alpha, element }.near(context, &sh, &at)
             }
         };
@@ -259,7 +259,7 @@ impl<'a> Pass3<'a> {
     /// Takes the noise of short rays away.
     fn filter(&self, points: &ShadingPoints, found: &mut [PointIrradiance]) {
         let Context { world, settings, run, .. } = self.context;
-        if settings.near_filter == 0 || !matches!(self.near, Near::Rays | Near::Boxes(_)) {
+        if settings.near_filter() == 0 || !matches!(self.near, Near::Rays | Near::Boxes(_)) {
             return;
         }
         let near: Vec<NearPart> = found
@@ -273,7 +273,7 @@ impl<'a> Pass3<'a> {
         };
         let window = Window {
             width: world.camera.width,
-            radius: settings.near_filter,
+            radius: settings.near_filter(),
             reach: settings.near_filter_reach,
         };
         let near = run.install(|| filter(points, &near, window, apart));

@@ -1,18 +1,49 @@
 //! The picture that pass 3 makes, with its layers, statistics and the places that were sampled.
 
-use serde_json::json;
-
 use super::Pass3;
 use crate::error::Result;
-use crate::method::Rendered;
+use crate::film::Layer;
 use crate::method::decompose::far::SampledClusters;
 use crate::method::decompose::near::boxes::NearBoxes;
 use crate::method::decompose::{DecomposeSettings, Prepared, prepare};
-use crate::method::locations::Locations;
-use crate::method::stage::Inputs;
+use crate::method::locations::{LOCATION, Locations};
+use crate::method::stage::{Inputs, StageStatistics};
+use crate::method::{MethodStatistics, Rendered};
 use crate::radiometry::Rgb;
 use crate::run::Run;
 use crate::shading::World;
+
+const FAR: Layer = Layer::rgb("far", "far part of the indirect light, W/(sr m²)");
+const NEAR: Layer = Layer::rgb("near", "near part of the indirect light, may be negative");
+const CLUSTER: Layer =
+    Layer::one("cluster", "id", "cluster of the largest weight; −1 where there is none");
+
+/// Layers of the picture beside those of the camera samples.
+pub const LAYERS: [Layer; 4] = [FAR, NEAR, CLUSTER, LOCATION];
+
+/// What the decomposition tells of its picture.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct DecomposeStatistics {
+    /// Proxy and points.
+    #[serde(flatten)]
+    pub stage: StageStatistics,
+    /// Near/far distance, scene units.
+    pub alpha: f32,
+    /// Clusters in all.
+    pub clusters: usize,
+    /// Far rays of a cluster.
+    pub rays_per_cluster: u32,
+    /// Clusters of a file or of other views.
+    pub clusters_loaded: usize,
+    /// Sides of the proxy gathered for this view alone.
+    pub sides_added: usize,
+    /// CPU time of a new cluster.
+    pub microseconds_per_cluster: f64,
+    /// Points that no cluster may serve.
+    pub own_samples: usize,
+    /// Near surfaces that took part in a point's light.
+    pub near_triangles_mean: f64,
+}
 
 /// The clusters' centres; each belongs to the pixel whose point lies nearest.
 fn locations(prepared: &Prepared) -> Locations {
@@ -99,21 +130,17 @@ pub fn picture_with(
 
     let near_cells: u64 = found.iter().map(|f| u64::from(f.near_cells)).sum();
     let clusters = prepared.sampled.clusters.len();
-    let mut stats = prepared.stage.stats();
-    for (key, value) in [
-        ("alpha", json!(prepared.lengths.alpha)),
-        ("clusters", json!(clusters)),
-        ("rays_per_cluster", json!(settings.rays)),
-        ("clusters_loaded", json!(prepared.earlier)),
-        ("sides_added", json!(prepared.sides_added)),
-        (
-            "microseconds_per_cluster",
-            json!(prepared.sample_seconds * 1e6 / (clusters - prepared.earlier).max(1) as f64),
-        ),
-        ("own_samples", json!(found.iter().filter(|f| f.cluster.is_none()).count())),
-        ("near_triangles_mean", json!(near_cells as f64 / samples.points.len().max(1) as f64)),
-    ] {
-        stats.insert(key.into(), value);
-    }
-    Ok(Rendered { film, stats, locations })
+    let statistics = MethodStatistics::Decomposition(DecomposeStatistics {
+        stage: prepared.stage.statistics(),
+        alpha: prepared.lengths.alpha,
+        clusters,
+        rays_per_cluster: settings.rays,
+        clusters_loaded: prepared.earlier,
+        sides_added: prepared.sides_added,
+        microseconds_per_cluster: prepared.sample_seconds * 1e6
+            / (clusters - prepared.earlier).max(1) as f64,
+        own_samples: found.iter().filter(|f| f.cluster.is_none()).count(),
+        near_triangles_mean: near_cells as f64 / samples.points.len().max(1) as f64,
+    });
+    Ok(Rendered { film, statistics, locations })
 }

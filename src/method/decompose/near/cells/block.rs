@@ -1,43 +1,36 @@
 //! Eight facets side by side, and their share of the near sum of a point.
 
 use glam::Vec3;
-use wide::f32x8;
 
 use super::facets::{Facet, Facets};
-use super::monte_carlo::{Lanes, covered};
+use super::monte_carlo::{Covering, covered};
 use super::{NearQuery, NearSum};
+use crate::ffi::lanes::{Eight, Lanes};
 use crate::method::decompose::NearHits;
 use crate::radiometry::Rgb;
 use crate::sampling::Rng;
-use crate::sh::{MOMENTS, moments8};
-
-pub(super) type F = f32x8;
+use crate::sh::{MOMENTS, cross, dot, moments8};
 
 /// Eight facets.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
-    pub(super) corners: [[F; 3]; 3],
-    centroid: [F; 3],
+    pub(super) corners: [[Eight; 3]; 3],
+    centroid: [Eight; 3],
     /// Radiosity over π of the front and the back.
-    front: [F; 3],
-    back: [F; 3],
+    front: [Eight; 3],
+    back: [Eight; 3],
     /// Lane mask: the back does not exist.
-    one_sided: F,
+    one_sided: Eight,
     /// Fraction of the facet that exists (masks); 0 in lanes without a facet (the last block may
     /// be short).
-    coverage: F,
-}
-
-/// All bits of a lane where `set`.
-fn mask(set: bool) -> f32 {
-    f32::from_bits(if set { u32::MAX } else { 0 })
+    coverage: Eight,
 }
 
 impl Block {
     /// Of at most eight facets; lanes past the last repeat it and count nothing.
     pub(super) fn new(facets: Facets<'_>, ids: &[u32]) -> Self {
         let of: [Facet; 8] = std::array::from_fn(|lane| facets.get(ids[lane.min(ids.len() - 1)]));
-        let lanes = |f: &dyn Fn(&Facet) -> f32| F::from(std::array::from_fn(|lane| f(&of[lane])));
+        let lanes = |f: &dyn Fn(&Facet) -> f32| Eight::from_fn(|lane| f(&of[lane]));
         let coverage = |lane: usize| if lane < ids.len() { of[lane].coverage } else { 0.0 };
         let radiance = std::f32::consts::FRAC_1_PI;
         Self {
@@ -47,103 +40,99 @@ impl Block {
             centroid: std::array::from_fn(|k| lanes(&|facet| facet.centroid[k])),
             front: std::array::from_fn(|k| lanes(&|facet| facet.front[k] * radiance)),
             back: std::array::from_fn(|k| lanes(&|facet| facet.back[k] * radiance)),
-            one_sided: lanes(&|facet| mask(facet.one_sided)),
-            coverage: F::from(std::array::from_fn(coverage)),
+            one_sided: Eight::mask(|lane| of[lane].one_sided),
+            coverage: Eight::from_fn(coverage),
         }
     }
 
     /// The lanes of `active` whose centroid `x` sees.
-    fn visible(&self, active: F, x: Vec3, query: &NearQuery<'_>) -> F {
-        let [cx, cy, cz] = self.centroid.map(F::to_array);
-        let lanes = active.to_bitmask();
-        let seen = |i: usize| lanes >> i & 1 == 1 && query.sees(x, Vec3::new(cx[i], cy[i], cz[i]));
-        F::from(std::array::from_fn(|i| mask(seen(i))))
+    fn visible(&self, active: u32, x: Vec3, query: &NearQuery<'_>) -> Eight {
+        Eight::mask(|i| active >> i & 1 == 1 && query.sees(x, lane(&self.centroid, i)))
     }
 }
 
+/// Lane `i` of three components.
+pub(super) fn lane(v: &[Eight; 3], i: usize) -> Vec3 {
+    Vec3::new(v[0].0[i], v[1].0[i], v[2].0[i])
+}
+
 /// A near sum that is being made.
-pub(super) struct Summation<'a> {
+pub(super) struct Summation<'a, L> {
     x: Vec3,
     n: Vec3,
     query: &'a NearQuery<'a>,
     /// Height over a plane that counts as lying in it.
-    tolerance: F,
-    moments: [F; MOMENTS],
-    sent: [F; 3],
+    tolerance: f32,
+    moments: [L; MOMENTS],
+    sent: [L; 3],
     out: NearSum,
 }
 
-impl<'a> Summation<'a> {
+impl<'a, L: Lanes> Summation<'a, L> {
     /// Nothing yet, at `x` with unit normal `n`.
+    #[inline(always)]
     pub(super) fn new(x: Vec3, n: Vec3, query: &'a NearQuery<'a>, tolerance: f32) -> Self {
-        Self {
-            x,
-            n,
-            query,
-            tolerance: F::splat(tolerance),
-            moments: [F::ZERO; MOMENTS],
-            sent: [F::ZERO; 3],
-            out: NearSum::default(),
-        }
+        let (moments, sent) = ([L::ZERO; MOMENTS], [L::ZERO; 3]);
+        Self { x, n, query, tolerance, moments, sent, out: NearSum::default() }
     }
 
     /// The sum over all lanes.
-    pub(super) fn finish(self) -> NearSum {
-        NearSum {
-            moments: self.moments.map(F::reduce_add),
-            sent: Rgb::from_array(self.sent.map(F::reduce_add)),
-            ..self.out
+    #[inline(always)]
+    pub(super) fn finish(mut self) -> NearSum {
+        for (total, lanes) in self.out.moments.iter_mut().zip(self.moments) {
+            *total = lanes.sum();
         }
+        let [r, g, b] = self.sent;
+        self.out.sent = Rgb::new(r.sum(), g.sum(), b.sum());
+        self.out
     }
 
     /// Membership of facets at these distances, as [`NearHits::membership`].
-    fn membership(&self, distance: F) -> F {
+    #[inline(always)]
+    fn membership(&self, distance: L) -> L {
         let alpha = self.query.alpha;
         if alpha == f32::INFINITY {
-            return F::ONE;
+            return L::ONE;
         }
         match self.query.near_hits {
             NearHits::Damp => {
-                let t = ((F::splat(alpha) - distance) * F::splat(4.0 / alpha))
-                    .fast_max(F::ZERO)
-                    .fast_min(F::ONE);
-                t * t * (F::splat(3.0) - t - t)
+                let t =
+                    ((L::splat(alpha) - distance) * L::splat(4.0 / alpha)).max(L::ZERO).min(L::ONE);
+                t * t * (L::splat(3.0) - t - t)
             }
-            NearHits::Ignore => distance.simd_lt(F::splat(alpha)) & F::ONE,
+            NearHits::Ignore => L::splat(alpha).gt(distance) & L::ONE,
         }
     }
 
     /// Adds a block.
+    #[inline(always)]
     pub(super) fn add(&mut self, block: &Block, rng: &mut Rng) {
         let (x, n) = (self.x, self.n);
-        let x8 = x.to_array().map(F::splat);
-        let n8 = n.to_array().map(F::splat);
-        let to_centroid: [F; 3] = std::array::from_fn(|k| block.centroid[k] - x8[k]);
-        let m = self.membership(dot(to_centroid, to_centroid).sqrt()) * block.coverage;
-        let mut v: [[F; 3]; 3] =
-            std::array::from_fn(|c| std::array::from_fn(|k| block.corners[c][k] - x8[k]));
-        let height = v.map(|c| dot(c, n8));
-        let reaches = height[0].fast_max(height[1]).fast_max(height[2]).simd_gt(self.tolerance);
-        let normal = cross(
-            std::array::from_fn(|k| v[1][k] - v[0][k]),
-            std::array::from_fn(|k| v[2][k] - v[0][k]),
-        );
-        let det = dot(normal, v[0]);
-        let back = det.simd_gt(F::ZERO);
-        let apart = det.abs().simd_gt(self.tolerance * dot(normal, normal).sqrt());
-        let mut active = m.simd_gt(F::ZERO) & reaches & apart & !(back & block.one_sided);
+        let x8 = [L::splat(x.x), L::splat(x.y), L::splat(x.z)];
+        let n8 = [L::splat(n.x), L::splat(n.y), L::splat(n.z)];
+        let to_centroid = from(&block.centroid, x8);
+        let distance = dot(to_centroid, to_centroid).sqrt();
+        let m = self.membership(distance) * L::load(&block.coverage);
+        let [a, b, c] = &block.corners;
+        let (a, b, c) = (from(a, x8), from(b, x8), from(c, x8));
+        let tolerance = L::splat(self.tolerance);
+        let reaches = dot(a, n8).max(dot(b, n8)).max(dot(c, n8)).gt(tolerance);
+        let normal = cross(less(b, a), less(c, a));
+        let det = dot(normal, a);
+        let back = det.gt(L::ZERO);
+        let apart = det.abs().gt(tolerance * dot(normal, normal).sqrt());
+        let one_sided = L::load(&block.one_sided);
+        let mut active = m.gt(L::ZERO) & reaches & apart & !(back & one_sided);
         if active.any() && self.query.trace.is_some() {
-            self.out.rays += active.to_bitmask().count_ones();
-            active &= block.visible(active, x, self.query);
+            let lanes = active.to_bitmask();
+            self.out.rays += lanes.count_ones();
+            active &= L::load(&block.visible(lanes, x, self.query));
         }
         if !active.any() {
             return;
         }
         // Wind every triangle clockwise as seen from x, so that the moments come out positive.
-        let [_, second, third] = &mut v;
-        for (a, b) in second.iter_mut().zip(third) {
-            (*a, *b) = (back.bitselect(*a, *b), back.bitselect(*b, *a));
-        }
+        let v = [a, choose(back, b, c), choose(back, c, b)];
         let weight = active & m;
         let found = moments8(&v, n);
         for (sum, moment) in self.moments.iter_mut().zip(found) {
@@ -153,23 +142,29 @@ impl<'a> Summation<'a> {
         for (sum, (from_back, from_front)) in
             self.sent.iter_mut().zip(block.back.iter().zip(&block.front))
         {
-            *sum = weighted_g.mul_add(back.bitselect(*from_back, *from_front), *sum);
+            let sent = back.select(L::load(from_back), L::load(from_front));
+            *sum = weighted_g.mul_add(sent, *sum);
         }
-        self.out.cells += active.to_bitmask().count_ones();
+        let active = active.to_bitmask();
+        self.out.cells += active.count_ones();
         if let Some((field, samples)) = self.query.monte_carlo {
-            let lanes = Lanes { corners: &block.corners, active, weighted_g };
+            let g = weighted_g.store();
+            let lanes = Covering { corners: &block.corners, active, weighted_g: &g };
             self.out.covered += covered(&lanes, (x, n), field, samples, rng);
         }
     }
 }
 
-fn dot(a: [F; 3], b: [F; 3]) -> F {
-    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+/// Places relative to `x`.
+#[inline(always)]
+fn from<L: Lanes>(places: &[Eight; 3], x: [L; 3]) -> [L; 3] {
+    less([L::load(&places[0]), L::load(&places[1]), L::load(&places[2])], x)
 }
-fn cross(a: [F; 3], b: [F; 3]) -> [F; 3] {
-    [
-        a[1].mul_sub(b[2], a[2] * b[1]),
-        a[2].mul_sub(b[0], a[0] * b[2]),
-        a[0].mul_sub(b[1], a[1] * b[0]),
-    ]
+#[inline(always)]
+fn less<L: Lanes>(a: [L; 3], b: [L; 3]) -> [L; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+#[inline(always)]
+fn choose<L: Lanes>(mask: L, yes: [L; 3], no: [L; 3]) -> [L; 3] {
+    [mask.select(yes[0], no[0]), mask.select(yes[1], no[1]), mask.select(yes[2], no[2])]
 }

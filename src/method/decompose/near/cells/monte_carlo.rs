@@ -3,35 +3,33 @@
 
 use glam::Vec3;
 
-use super::block::F;
+use super::block::lane;
+use crate::ffi::lanes::Eight;
 use crate::radiometry::Rgb;
 use crate::sampling::{Rng, sample_triangle};
 use crate::sh::ShRgb;
 
 /// Eight facets and what they weigh.
-pub(super) struct Lanes<'a> {
-    pub(super) corners: &'a [[F; 3]; 3],
-    /// Lanes that take part.
-    pub(super) active: F,
+pub(super) struct Covering<'a> {
+    pub(super) corners: &'a [[Eight; 3]; 3],
+    /// Lanes that take part, as bits.
+    pub(super) active: u32,
     /// Membership times cosine-weighted solid angle.
-    pub(super) weighted_g: F,
+    pub(super) weighted_g: &'a Eight,
 }
 
 /// Σ over lanes of (m G) · mean of the field over `samples` random points of the facet, weighted by
 /// their share of G, at a point with its unit normal.
 pub(super) fn covered(
-    lanes: &Lanes<'_>,
+    lanes: &Covering<'_>,
     (x, n): (Vec3, Vec3),
     field: &ShRgb,
     samples: u32,
     rng: &mut Rng,
 ) -> Rgb {
-    let corners = lanes.corners.map(|c| c.map(|k| k.to_array()));
-    let g = lanes.weighted_g.to_array();
-    let active = lanes.active.to_bitmask();
     let mut sum = Rgb::ZERO;
-    for i in (0..8).filter(|i| active >> i & 1 == 1) {
-        let [a, b, c] = corners.map(|k| Vec3::new(k[0][i], k[1][i], k[2][i]));
+    for i in (0..8).filter(|i| lanes.active >> i & 1 == 1) {
+        let [a, b, c] = lanes.corners.each_ref().map(|corner| lane(corner, i));
         let normal = (b - a).cross(c - a);
         let (mut mean, mut total) = (Rgb::ZERO, 0.0);
         for _ in 0..samples {
@@ -44,7 +42,7 @@ pub(super) fn covered(
             total += share;
         }
         if total > 0.0 {
-            sum += mean * (g[i] / total);
+            sum += mean * (lanes.weighted_g.0[i] / total);
         }
     }
     sum

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::block::{Block, Summation};
 use super::facets::Facets;
 use super::{NearQuery, NearSum};
+use crate::ffi::lanes::{self, Kernel, Lanes};
 use crate::math::Aabb;
 use crate::photon::Proxy;
 use crate::sampling::Rng;
@@ -111,20 +112,43 @@ impl NearTree {
 
     /// Sum over the near cells of `x` with unit normal `n`; `rng` feeds the Monte Carlo integral.
     pub fn sum(&self, x: Vec3, n: Vec3, query: &NearQuery<'_>, rng: &mut Rng) -> NearSum {
-        let mut sum = Summation::new(x, n, query, self.plane_tolerance);
         if self.nodes.is_empty() || query.alpha <= 0.0 {
-            return sum.finish();
+            return NearSum::default();
         }
+        lanes::run(Walk { tree: self, x, n, query, rng })
+    }
+
+    /// Memory held, bytes.
+    pub fn bytes(&self) -> usize {
+        self.nodes.len() * size_of::<Node>() + self.blocks.len() * size_of::<Block>()
+    }
+}
+
+/// A query's way through the tree.
+struct Walk<'a> {
+    tree: &'a NearTree,
+    x: Vec3,
+    n: Vec3,
+    query: &'a NearQuery<'a>,
+    rng: &'a mut Rng,
+}
+
+impl Kernel for Walk<'_> {
+    type Output = NearSum;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> NearSum {
+        let Self { tree, x, n, query, rng } = self;
+        let mut sum = Summation::<L>::new(x, n, query, tree.plane_tolerance);
         let alpha2 = query.alpha * query.alpha;
         let mut stack = [0u32; 64];
         let mut depth = 1;
         while depth > 0 {
             depth -= 1;
             let index = stack[depth];
-            let node = &self.nodes[index as usize];
+            let node = &tree.nodes[index as usize];
             let outside = (node.bounds.min - x).max(x - node.bounds.max).max(Vec3::ZERO);
             let highest = Vec3::select(n.cmpge(Vec3::ZERO), node.bounds.max, node.bounds.min) - x;
-            if outside.length_squared() >= alpha2 || highest.dot(n) <= self.plane_tolerance {
+            if outside.length_squared() >= alpha2 || highest.dot(n) <= tree.plane_tolerance {
                 continue;
             }
             if node.link & LEAF == 0 {
@@ -132,14 +156,9 @@ impl NearTree {
                 stack[depth + 1] = index + 1;
                 depth += 2;
             } else {
-                sum.add(&self.blocks[(node.link & !LEAF) as usize], rng);
+                sum.add(&tree.blocks[(node.link & !LEAF) as usize], rng);
             }
         }
         sum.finish()
-    }
-
-    /// Memory held, bytes.
-    pub fn bytes(&self) -> usize {
-        self.nodes.len() * size_of::<Node>() + self.blocks.len() * size_of::<Block>()
     }
 }
