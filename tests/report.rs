@@ -35,7 +35,9 @@ fn ramp(gain: f32, width: u32) -> Film {
 fn put(dir: &Path, name: &str, film: &Film, method: &str, cpu_seconds: f64) {
     std::fs::create_dir_all(dir).unwrap();
     write_exr(film, &dir.join(format!("{name}.exr")), Precision::Full).unwrap();
-    let statistics = serde_json::json!({ "method": method, "cpu_seconds": cpu_seconds, "seconds": { "total": cpu_seconds / 2.0 } });
+    let seconds = serde_json::json!({ "total": cpu_seconds / 2.0 });
+    let statistics =
+        serde_json::json!({ "method": method, "cpu_seconds": cpu_seconds, "seconds": seconds });
     std::fs::write(dir.join(format!("{name}.json")), statistics.to_string()).unwrap();
 }
 
