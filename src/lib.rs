@@ -10,7 +10,8 @@
 //!
 //! | Room (rank) | In → out |
 //! |---|---|
-//! | [`error`], [`run`] (0) | errors with file, line and fix; progress, cancel, threads |
+//! | [`error`], [`run`] (0) | failures with file, line and fix; progress, cancel, warnings, threads |
+//! | [`settings`], [`length`] (1) | how a room declares what it can be told; a length in settings |
 //! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
 //! | [`ffi`] (1) | the only folder with unsafe code: Embree, Open Image Denoise, vectors |
 //! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures |
@@ -73,17 +74,29 @@ pub mod export;
 pub mod ffi;
 pub mod film;
 pub mod info;
+pub mod length;
 pub mod load;
 pub mod math;
 pub mod method;
 pub mod page;
 pub mod photon;
 pub mod points;
+pub mod process;
 pub mod radiometry;
 pub mod record;
+pub mod render;
 pub mod run;
 pub mod sampling;
 pub mod scene;
+pub mod settings;
 pub mod sh;
 pub mod shading;
 pub mod tessellate;
+
+pub use config::RenderConfig;
+pub use error::{Error, Result};
+pub use load::load;
+pub use method::Method;
+pub use render::{Rendered, Renderer, render};
+pub use run::Run;
+pub use scene::Scene;

@@ -9,6 +9,8 @@ use crate::support::source::{Function, functions, imports, module, sources, with
 const RANKS: &[(&str, u32)] = &[
     ("error", 0),
     ("run", 0),
+    ("settings", 1),
+    ("length", 1),
     ("ffi", 1),
     ("math", 1),
     ("sampling", 1),

@@ -460,10 +460,10 @@ fn a_cloud_is_baked_and_gathered_from() {
         "--method",
         "points",
         "--set",
-        "points.maxsolidangle=7",
+        "point_based.maxsolidangle=7",
     ]);
     assert!(
-        code(&setting) == 2 && stderr(&setting).contains("points.maxsolidangle"),
+        code(&setting) == 2 && stderr(&setting).contains("point_based.maxsolidangle"),
         "{}",
         stderr(&setting)
     );

@@ -4,8 +4,7 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use clap::ValueEnum as _;
-use nearfar::compare::{compare, read_reference};
+use nearfar::compare::{Truth, compare};
 use nearfar::ffi::oidn::{Denoiser, VARIABLE};
 use nearfar::film::{Film, read_exr};
 use nearfar::method::Method;
@@ -103,7 +102,7 @@ fn path_tracing_loses_its_noise_and_keeps_it_beside() {
     let common = ["--method", "path", "--spp", "16"];
     let noisy = folder.film("noisy", &common);
     let denoised = folder.film("denoised", &[&common[..], &["--denoise", "oidn"]].concat());
-    let truth = read_reference(TRUTH.as_ref()).unwrap();
+    let truth = Truth::read(TRUTH.as_ref()).unwrap();
     let error = |film: &Film| compare(film, SCENE.as_ref(), &truth).unwrap().errors;
     let (before, after) = (error(&noisy), error(&denoised));
     // Measured: 78 times less.
@@ -145,9 +144,9 @@ fn every_method_takes_it() {
         return;
     }
     let folder = Folder::new("methods");
-    for method in Method::value_variants() {
-        let name = method.to_possible_value().unwrap();
-        let method = name.get_name();
+    for method in Method::ALL {
+        let name = method.name();
+        let method = name;
         let film = folder.film(
             method,
             &[
@@ -156,7 +155,7 @@ fn every_method_takes_it() {
                 "--spp",
                 "2",
                 "--set",
-                "photon.count=1000",
+                "proxy.photons=1000",
                 "--method",
                 method,
                 "--denoise",

@@ -69,6 +69,32 @@ impl Default for Backend {
     }
 }
 
+impl crate::settings::Value for Backend {
+    const KIND: &'static str = "choice";
+    fn read(value: &toml::Value) -> Option<Self> {
+        match value.as_str()? {
+            "embree" => Some(Self::Embree),
+            "bvh" => Some(Self::Bvh),
+            "brute" => Some(Self::Brute),
+            _ => None,
+        }
+    }
+    fn show(&self) -> String {
+        match self {
+            Self::Embree => "embree",
+            Self::Bvh => "bvh",
+            Self::Brute => "brute",
+        }
+        .to_owned()
+    }
+    fn choices() -> Vec<crate::settings::Choice> {
+        vec![
+            crate::settings::Choice { name: "embree", meaning: "Embree 4.3 or later." },
+            crate::settings::Choice { name: "bvh", meaning: "The pure-Rust BVH." },
+        ]
+    }
+}
+
 /// Builds the backend over the geometry with `threads` threads (0 = all).
 ///
 /// # Errors
@@ -84,7 +110,7 @@ pub fn build(
         Backend::Embree => Ok(Box::new(embree::EmbreeScene::build(geometry, threads)?)),
         #[cfg(not(feature = "embree"))]
         Backend::Embree => Err(crate::error::Error::Accel(
-            "this program was built without the feature `embree`; use --backend bvh, or rebuild \
+            "this program was built without the feature `embree`; use the backend bvh, or rebuild \
              with it"
                 .into(),
         )),

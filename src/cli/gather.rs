@@ -5,17 +5,17 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
-use serde_json::json;
+use serde::Serialize;
 
-use super::check_writable;
-use super::options::{Job, OutputOptions, SceneOptions};
-use super::render::{check_outputs, finish, warn_of_camera};
+use super::options::{Job, SceneOptions};
+use super::picture::OutputOptions;
+use crate::accel::Backend;
 use crate::error::{Error, Result};
-use crate::film::Film;
-use crate::method::Rendered;
+use crate::film::{Film, Layer};
 use crate::method::points::{PointLayers, gather_picture, traced_occlusion};
 use crate::points::{Hierarchy, read_cloud};
 use crate::radiometry::Rgb;
+use crate::render::{RunStatistics, describe};
 use crate::shading::{Sky, World};
 
 /// What is gathered.
@@ -31,6 +31,46 @@ enum Channel {
     /// radiance 1/π.
     Environment,
 }
+
+/// What is told of a picture from a cloud.
+#[derive(Debug, Serialize)]
+struct GatherFigures {
+    method: &'static str,
+    backend: Backend,
+    width: u32,
+    height: u32,
+    seed: u64,
+    triangles: usize,
+    elements: usize,
+    bytes_per_element: f64,
+    shading_points: usize,
+    gathers: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    traced: Option<TracedFigures>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rays_of_equal_error: Option<EqualRays>,
+    #[serde(flatten)]
+    of_run: RunStatistics,
+}
+
+/// How far gathered occlusion is from traced.
+#[derive(Debug, Serialize)]
+struct TracedFigures {
+    rays: u32,
+    mean_absolute_error: f64,
+    rms: f64,
+    bias: f64,
+}
+
+/// What as good an occlusion costs by rays.
+#[derive(Debug, Serialize)]
+struct EqualRays {
+    rays: f64,
+    seconds: f64,
+}
+
+/// The layer of traced occlusion.
+pub(super) const TRACED: Layer = Layer::alone("traced", "occlusion by rays, 0 to 1");
 
 /// Options of `nearfar gather`.
 #[derive(Debug, Args)]
@@ -54,8 +94,7 @@ pub(super) struct GatherArgs {
 /// # Errors
 /// Whatever is wrong with the scene, the cloud or the settings, or files that cannot be written.
 pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
-    check_outputs(&args.output)?;
-    check_writable(&args.output.output)?;
+    args.output.check()?;
     let extra: Vec<(&str, toml::Value)> = args
         .output
         .spp
@@ -67,7 +106,7 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         let _phase = job.run.phase("cloud", 1);
         read_cloud(&args.cloud)?
     };
-    let settings = &job.config.points;
+    let settings = &job.config.point_based;
     let tree = {
         let _phase = job.run.phase("tree", 1);
         job.run.install(|| Hierarchy::new(&cloud, settings.hitsides))?
@@ -79,8 +118,7 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
             "has no \"_radiosity\": bake it without --channels, or gather occlusion alone",
         ));
     }
-    let world = World::new(&job.scene, args.scene.backend, &job.run)?;
-    warn_of_camera(&args.scene, &job.run, &world);
+    let world = World::new(&job.scene, job.config.backend, &job.run)?;
     let layers = gather_picture(
         &world,
         &cloud,
@@ -90,11 +128,21 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         &job.run,
     )?;
     let mut film = film(&layers, &args.channel, &world.lights.sky);
-    let mut stats = serde_json::Map::new();
-    stats.insert("elements".into(), tree.len().into());
-    stats.insert("bytes_per_element".into(), (tree.bytes() as f64 / tree.len() as f64).into());
-    stats.insert("shading_points".into(), layers.gathered.len().into());
-    stats.insert("gathers".into(), layers.gathers.into());
+    let mut figures = GatherFigures {
+        method: "cloud-gather",
+        backend: job.config.backend,
+        width: film.width,
+        height: film.height,
+        seed: job.config.seed,
+        triangles: world.geometry.len(),
+        elements: tree.len(),
+        bytes_per_element: tree.bytes() as f64 / tree.len() as f64,
+        shading_points: layers.gathered.len(),
+        gathers: layers.gathers,
+        traced: None,
+        rays_of_equal_error: None,
+        of_run: RunStatistics::new(&job.run),
+    };
     if let Some(rays) = args.traced {
         let traced = traced_occlusion(
             &world,
@@ -118,26 +166,16 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         println!(
             "occlusion against {rays} rays: mean absolute error {mae:.4}, root mean square {rmse:.4}, bias {bias:+.4}"
         );
-        stats.insert(
-            "traced".into(),
-            json!({ "rays": rays, "mean_absolute_error": mae, "rms": rmse, "bias": bias }),
-        );
-        stats.insert(
-            "rays_of_equal_error".into(),
-            equal_rays(&world, &layers, &traced, mae, &job)?
-                .map_or(serde_json::Value::Null, |(r, s)| json!({ "rays": r, "seconds": s })),
-        );
+        figures.traced = Some(TracedFigures { rays, mean_absolute_error: mae, rms: rmse, bias });
+        figures.rays_of_equal_error = equal_rays(&world, &layers, &traced, mae, &job)?
+            .map(|(rays, seconds)| EqualRays { rays, seconds });
         let values: Vec<Rgb> = traced.into_iter().map(Rgb::splat).collect();
-        film.set("traced", layers.samples.mean(&values).iter().map(|c| c.x).collect());
+        film.set(TRACED.name, layers.samples.mean(&values).iter().map(|c| c.x).collect());
     }
-    finish(
-        &args.scene,
-        &args.output,
-        "gather-points",
-        &job,
-        &world,
-        Rendered { film, stats, ..Rendered::default() },
-    )
+    describe(&mut film, figures.method, &job.config, &job.run)?;
+    args.output.image.write(&mut film, &args.output.output, &job)?;
+    figures.of_run = RunStatistics::new(&job.run);
+    args.output.finish(&figures, &job)
 }
 
 /// Rays a point whose mean absolute error is `mae`, and the seconds that they take at all points;
@@ -156,7 +194,7 @@ fn equal_rays(
         let few = traced_occlusion(
             world,
             &layers.samples.points,
-            &job.config.points,
+            &job.config.point_based,
             rays,
             job.config.seed + 1,
             &job.run,

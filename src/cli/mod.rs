@@ -21,12 +21,12 @@ mod info;
 mod measure;
 mod methods;
 mod options;
+mod picture;
 mod progress;
-mod quality;
 mod render;
 mod report;
+mod settings;
 mod show;
-mod statistics;
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -77,6 +77,8 @@ enum Command {
     Export(export::ExportArgs),
     /// Tell what a scene holds and what is odd about it.
     Info(info::InfoArgs),
+    /// List the settings: key, type, default, range, unit, meaning.
+    Settings(settings::SettingsArgs),
 }
 
 /// A reader that has seen enough (`nearfar compare … | head`) ends the program, as it does for
@@ -128,6 +130,7 @@ pub fn run() -> ExitCode {
         Command::Report(args) => report::write(&args, &cancel),
         Command::Export(args) => export::write(&args),
         Command::Info(args) => info::info(&args, &cancel),
+        Command::Settings(args) => settings::settings(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -187,6 +190,13 @@ fn check_writable(path: &std::path::Path) -> Result<()> {
         }),
         _ => Ok(()),
     }
+}
+
+/// Writes a value as indented JSON.
+fn write_json(path: &std::path::Path, value: &impl serde::Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(value)
+        .map_err(|e| Error::Render(format!("{}: {e}", path.display())))?;
+    std::fs::write(path, text + "\n").map_err(|source| Error::Io { path: path.into(), source })
 }
 
 #[cfg(test)]

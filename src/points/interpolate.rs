@@ -21,7 +21,7 @@ use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::radiosity::gather_all;
-use super::{Gathered, Hierarchy, Overlap, PointsSettings, Receiver};
+use super::{Gathered, Hierarchy, Overlap, PointBasedSettings, Receiver};
 use crate::error::Result;
 use crate::math::Frame;
 use crate::run::Run;
@@ -89,7 +89,7 @@ struct Block {
 /// [`crate::error::Error::Interrupted`].
 pub fn gather_some(
     tree: &Hierarchy,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     receivers: Receivers<'_>,
     sky: &Sky,
     run: &Run,
@@ -255,7 +255,7 @@ fn interpolate(
     block: &Block,
     index: &Index<'_>,
     receivers: Receivers<'_>,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     lit: bool,
     near: &mut Vec<u32>,
 ) -> Given {
@@ -283,7 +283,7 @@ fn value(
     near: &[u32],
     index: &Index<'_>,
     receivers: Receivers<'_>,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     lit: bool,
 ) -> Option<Gathered> {
     let variation = settings.maxvariation;

@@ -7,7 +7,7 @@
 //! | `element` | [`Cloud`]: position, normal, area and channels of the discs |
 //! | `cloud_file` | [`write_cloud`], [`read_cloud`]: binary PLY with the names of RenderMan's point clouds |
 //! | `ply_header` | names and places of a PLY file's numbers |
-//! | `settings` | [`PointsSettings`] |
+//! | `settings` | [`PointBasedSettings`] |
 //! | `pack` | compact normals, colours, spherical harmonics |
 //! | `hierarchy` | [`Hierarchy`]: groups of discs, what they look like from afar |
 //! | `raster` | the hemisphere of a receiver, filled from near to far |
@@ -89,5 +89,5 @@ pub use hierarchy::{Group, Hierarchy};
 pub use interpolate::{Receivers, gather_some};
 pub use radiosity::{ProxyInputs, accessibility, bake, bake_areas, element_irradiance, gather_all};
 pub use raster::Gathered;
-pub use settings::{FalloffMode, HitSides, Overlap, PointsSettings, RadiositySource};
+pub use settings::{FalloffMode, HitSides, Overlap, PointBasedSettings, RadiositySource};
 pub use sum::{Accessibility, sum};

@@ -13,23 +13,21 @@
 //!        ½ gives the point itself, bit for bit. Not  filters with negative lobes: means of
 //!        positive samples stay positive.
 
-use glam::Vec2;
-use serde::{Deserialize, Serialize};
-
 use super::sample_disc;
+use crate::settings::choices;
+use glam::Vec2;
 
-/// Shape of a pixel filter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
-#[serde(rename_all = "lowercase")]
-pub enum FilterShape {
-    /// Every position of a square counts alike; the pixel itself with radius ½.
-    #[default]
-    Box,
-    /// Falls off linearly.
-    Tent,
-    /// Falls off as a Gaussian with a third of the radius as its deviation.
-    Gaussian,
+choices! {
+    /// Shape of a pixel filter.
+    #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+    pub enum FilterShape default Box {
+        /// Every position of a square counts alike; the pixel itself with radius ½.
+        Box = "box",
+        /// Falls off linearly.
+        Tent = "tent",
+        /// Falls off as a Gaussian with a third of the radius as its deviation.
+        Gaussian = "gaussian",
+    }
 }
 
 impl FilterShape {

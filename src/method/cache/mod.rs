@@ -40,5 +40,5 @@ pub mod ward;
 
 pub use fill::Cache;
 pub use record::CacheRecord;
-pub use render::{fill_and_interpolate, render};
+pub use render::{CacheStatistics, LAYERS, fill_and_interpolate, render};
 pub use settings::{Allocation, CacheSettings, Mode};

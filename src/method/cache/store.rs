@@ -22,7 +22,7 @@ use crate::method::stage::Inputs;
 use crate::radiometry::Rgb;
 use crate::scene::Fingerprint;
 
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// One line of the file.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -164,7 +164,7 @@ impl Row {
 pub fn key(scene: Fingerprint, inputs: &Inputs<'_>, settings: &CacheSettings) -> Key {
     Key::new("irradiance cache", VERSION, scene)
         .with("cache", settings, &["reach", "extrapolation"])
-        .with("photon", inputs.photon, &[])
+        .with("proxy", inputs.photon, &[])
         .with_value("decompose.near_cell", inputs.near_cell)
 }
 

@@ -63,7 +63,7 @@ impl Rule {
             scale,
             min_spacing: settings.min_spacing * scale.min(1.0),
             max_spacing: settings.max_spacing,
-            max_radius: settings.max_radius * diagonal,
+            max_radius: settings.max_radius.resolve(diagonal),
             kappa: match settings.mode {
                 Mode::Hessian => settings.clearance * scale,
                 Mode::Production2006 => 0.5 * scale,
@@ -365,7 +365,7 @@ mod tests {
             );
             let huge = made(&rule, &measured(1e9, [0.0, 0.0], 0.0));
             let limit = (0.01 * CacheSettings::default().max_spacing)
-                .min(10.0 * CacheSettings::default().max_radius);
+                .min(CacheSettings::default().max_radius.resolve(10.0));
             assert!(
                 huge.radius[0] <= limit * 1.0001 && huge.radius[0] > 0.9 * limit,
                 "{mode:?} {:?}",
