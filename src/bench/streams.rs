@@ -3,8 +3,8 @@
 //! | Stream | Query | Rays |
 //! |---|---|---|
 //! | camera | closest | pixels in rows, one sample each, as often as needed |
-//! | shadow | any | from what the camera sees to a point on a light, or a cosine direction where no light can be sampled |
-//! | photon | closest | from lights (or random points of the scene without any), up to four diffuse bounces: incoherent |
+//! | shadow | any | from what the camera sees to a light, or a cosine direction without any |
+//! | photon | closest | from lights or random points, up to four diffuse bounces: incoherent |
 //! | gather | closest | 16 cosine directions at each of the points that the camera sees |
 //!
 //! Guarantee: a stream depends on scene, seed and count only.

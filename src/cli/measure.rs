@@ -2,9 +2,9 @@
 //! on where it stopped.
 //!
 //! CPU seconds are user and system seconds of the whole child (loading, building and ending
-//! included), as the system books them when the child has been waited for. A child is told the value
-//! of every setting, as this process resolved them: what the scene file, `--set`, `--quality` and
-//! the configuration itself give, and all that follows from these. A configuration's image and
+//! included), as the system books them when the child has been waited for. A child is told the
+//! value of every setting, as this process resolved them: what the scene file, `--set`, `--quality`
+//! and the configuration itself give, and all that follows from these. A configuration's image and
 //! figures lie in the work folder under a name that holds a fingerprint of everything that decides
 //! them: the scene as loaded, method and settings, backend, threads, and the program's own file.
 //! Another fingerprint is another file, so nothing stale is ever read; a run that was stopped

@@ -43,7 +43,8 @@ impl Comparison {
         let mut found = Vec::new();
         if let Some(noise) = self.truth_noise.filter(|n| *n > TOO_NOISY * error.abs()) {
             found.push(format!(
-                "the reference is too noisy to judge this picture by: its own relMSE is {noise:.2e}, \
+                "the reference is too noisy to judge this picture by: its own relMSE is \
+                 {noise:.2e}, \
                  above {TOO_NOISY} times the error of {error:.2e}; take more samples for it"
             ));
         }
@@ -54,7 +55,8 @@ impl Comparison {
             ));
         } else if error.abs() < spread {
             found.push(format!(
-                "the error of {error:.2e} is below its standard error of {spread:.0e}: it cannot be \
+                "the error of {error:.2e} is below its standard error of {spread:.0e}: it cannot \
+                 be \
                  told from none"
             ));
         }

@@ -7,9 +7,9 @@
 //! Method     Non-local means ([Buades, Coll, Morel 2005]) with the distance of [Rousselle, Knaus,
 //!            Zwicker 2012] over patches of 7×7 pixels in a window of 15×15:
 //!            d² = ((u_p − u_q)² − (v_p + min(v_p, v_q))) / (10⁻⁴ m² + 0.45² (v_p + v_q)),
-//!            weight e^(−max(0, mean d²)), u a pixel of the guiding half, v its variance, m the mean
-//!            of the picture. The variance is half the squared difference of the halves, averaged
-//!            over 5×5 pixels.
+//!            weight e^(−max(0, mean d²)), u a pixel of the guiding half, v its variance, m the
+//!            mean of the picture. The variance is half the squared difference of the halves,
+//!            averaged over 5×5 pixels.
 //! Input      two images of width · height pixels with independent noise of equal size. Output
 //!            two images. Guarantees the same bits for any number of threads.
 //! Not        as good as a trained denoiser that knows albedo and normals: textures below the noise

@@ -6,10 +6,11 @@
 //!            octave, 32 and above, is level 32 itself. So the octaves sum to relMSE without the
 //!            0.1 % worst.
 //!            plain = root of the mean, over plain pixels and channels, of the product of both
-//!            halves' (x − half) / √(c² + 0.01 m²) with that half's c, each averaged over 4 × 4 and less its average
-//!            over 32 × 32 pixels: the relative error of clouds of 4 to 32 pixels, which a person
-//!            sees as blotches. A pixel is plain where the standard deviation of ln(c + 0.02 m) (c
-//!            the mean of its channels) over 17 × 17 pixels is at most the median of the picture.
+//!            halves' (x − half) / √(c² + 0.01 m²) with that half's c, each averaged
+//!            over 4 × 4 and less its average over 32 × 32 pixels: the relative error of clouds of
+//!            4 to 32 pixels, which a person sees as blotches. A pixel is plain where the standard
+//!            deviation of ln(c + 0.02 m) (c the mean of its channels) over 17 × 17 pixels is at
+//!            most the median of the picture.
 //! Reading    1 to 2 pixels are edges, direct light and near rays; 4 to 32 clouds of interpolated
 //!            light; 32 and above energy.
 //! Not        defined beyond the picture: averages that would cross its right or lower border are

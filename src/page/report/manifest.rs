@@ -4,15 +4,16 @@
 //! title = "Two ways to light a room"
 //! text = "Shown above the sections."
 //! [[section]]
-//! folder = "room"                          # below the report's folder; "." is the folder itself; may come several times
+//! folder = "room"                          # below the report's folder; "." is it; may come again
 //! title = "The room"
 //! text = "Shown under the title."
 //! pictures = ["fast", "slow", "truth"]     # names without .exr, in order; default all
 //! reference = "truth"
 //! pair = ["fast", "truth"]                 # what the divider parts at first
-//! exposure = 0.5                           # stops; default: log-average luminance of the reference at 0.18
+//! exposure = 0.5                           # stops; default: the reference's log-average at 0.18
 //! layers = ["fast"]                        # pictures whose layers far and near are shown too
-//! ratio = ["slow", "fast"]                 # the opponent and ours; Monte Carlo's time comes from the reference's own noise
+//! ratio = ["slow", "fast"]                 # the opponent and ours; Monte Carlo's time comes from
+//!                                          # the reference's own noise
 //! [[section.toggle]]
 //! label = "denoiser"
 //! off = "noisy"
@@ -112,7 +113,8 @@ pub(super) fn read_manifest(dir: &Path) -> Result<Manifest> {
     for section in &manifest.section {
         if let Some(sweep) = section.sweep.as_ref().filter(|s| s.values.len() != s.pictures.len()) {
             return Err(Error::Usage(format!(
-                "{}: section \"{}\": the sweep has {} values and {} pictures; give one value a picture",
+                "{}: section \"{}\": the sweep has {} values and {} pictures; give one value a \
+                 picture",
                 path.display(),
                 section.folder,
                 sweep.values.len(),

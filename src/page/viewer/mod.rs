@@ -22,7 +22,7 @@
 //! | `table` | [`Table`]: the columns of a file |
 //! | `pack` | columns as text |
 //! | `viewer.html`, `viewer.css` | what the page looks like |
-//! | `data.js`, `camera.js`, `draw.js`, `viewer.js` | columns and colours, the view, WebGL, the controls |
+//! | `data.js`, `camera.js`, `draw.js`, `viewer.js` | columns, view, WebGL, controls |
 
 mod pack;
 mod table;
