@@ -10,7 +10,7 @@
 //!
 //! | Room (rank) | In → out |
 //! |---|---|
-//! | [`error`], [`run`] (0) | failures with file, line and fix; progress, cancel, warnings, threads |
+//! | [`error`], [`run`], [`process`] (0) | errors with their fix; progress, cancel; CPU time |
 //! | [`settings`], [`length`] (1) | how a room declares what it can be told; a length in settings |
 //! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
 //! | [`ffi`] (1) | the only folder with unsafe code: Embree, Open Image Denoise, vectors |
@@ -27,6 +27,7 @@
 //! | [`points`] (6) | `Geometry` → `Cloud` of discs → occlusion and irradiance without rays |
 //! | [`method`] (7) | path (ground truth), decompose (the three passes), cache, …: siblings |
 //! | [`compare`] (7) | a picture and its reference → errors, by octave of size too; FLIP; flicker |
+//! | [`render`] (8) | scene, settings and method → the finished picture and its statistics |
 //! | [`bench`] (8) | backends, methods and the parts of an error, measured side by side |
 //! | [`page`], [`export`], [`info`] (8) | HTML pages; files for others; what a scene holds |
 //! | [`config`], [`cli`] (8–9) | settings, the command line |

@@ -9,6 +9,7 @@ use crate::support::source::{Function, functions, imports, module, sources, with
 const RANKS: &[(&str, u32)] = &[
     ("error", 0),
     ("run", 0),
+    ("process", 0),
     ("settings", 1),
     ("length", 1),
     ("ffi", 1),
@@ -30,6 +31,7 @@ const RANKS: &[(&str, u32)] = &[
     ("method", 7),
     ("config", 8),
     ("compare", 7),
+    ("render", 8),
     ("bench", 8),
     ("page", 8),
     ("export", 8),

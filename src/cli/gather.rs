@@ -164,7 +164,8 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         let (mae, rmse, bias) =
             (difference(&f64::abs), difference(&|d| d * d).sqrt(), difference(&|d| d));
         println!(
-            "occlusion against {rays} rays: mean absolute error {mae:.4}, root mean square {rmse:.4}, bias {bias:+.4}"
+            "occlusion against {rays} rays: mean absolute error {mae:.4}, root mean square \
+             {rmse:.4}, bias {bias:+.4}"
         );
         figures.traced = Some(TracedFigures { rays, mean_absolute_error: mae, rms: rmse, bias });
         figures.rays_of_equal_error = equal_rays(&world, &layers, &traced, mae, &job)?

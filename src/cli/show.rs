@@ -93,7 +93,11 @@ fn show_points(args: &ShowArgs) -> Result<()> {
         return Err(Error::Usage("points are shown one file at a time: give one PLY file".into()));
     };
     if !args.layer.is_empty() || args.dots.is_some() || args.exposure != 0.0 {
-        return Err(Error::Usage("--layer, --dots and --exposure are for images; channel and exposure of points are chosen in the page".into()));
+        return Err(Error::Usage(
+            "--layer, --dots and --exposure are for images; channel and exposure of points are \
+             chosen in the page"
+                .into(),
+        ));
     }
     let output = args.output.clone().unwrap_or_else(|| path.with_extension("html"));
     if !has_extension(&output, "html") && !has_extension(&output, "htm") {

@@ -2,8 +2,9 @@
 //! surfaces that are near `[Course07]`.
 //!
 //! ```text
-//! off   E = E_lights + ∫ L_ambient (n·w) dw                                      lights without shadows, one ambient field for all
+//! off   E = E_lights + ∫ L_ambient (n·w) dw
 //! on    E = E_lights + ∫_{near} B/π (n·w) dw + ∫_{not near} L_ambient (n·w) dw
+//!       lights without shadows, one ambient field for all
 //! ```
 //! What the near surfaces send is added and what the ambient field had claimed for the directions
 //! they cover is taken away: contact shadows and local bleeding. Near is the far field's alpha
