@@ -151,7 +151,8 @@ impl Prepared {
         let stride = settings.record_stride;
         let chosen = |&i: &u32| {
             let pixel = points.pixel[i as usize];
-            (pixel % samples.width) % stride == 0 && (pixel / samples.width) % stride == 0
+            let (x, y) = (pixel % samples.width, pixel / samples.width);
+            x.is_multiple_of(stride) && y.is_multiple_of(stride)
         };
         let chosen: Vec<u32> = (0..points.len() as u32).filter(chosen).collect();
         self.sample_seconds = extend(&context, points, chosen, &mut self.sampled)?;
