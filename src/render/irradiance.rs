@@ -89,10 +89,10 @@ impl Renderer<'_> {
         let landings: Vec<Landing> = run.install(|| {
             let scouts = |i: usize| {
                 let sobol = Sobol::new(seed, Stream::Gather, i as u64);
-                let frame = Frame::from_normal(at.ns[i]);
+                let (p, frame) = (at.p[i], Frame::from_normal(at.ns[i]));
                 let rays = (0..SCOUTS.min(config.gather.rays)).map(move |r| {
                     let wi = sample_cosine_hemisphere(sobol.sample_2d(r, 0));
-                    Ray::new(at.p[i], frame.world_from_local(wi))
+                    Ray::new(p, frame.world_from_local(wi))
                 });
                 rays.filter_map(|ray| {
                     world.rays.closest(&ray).map(|hit| Landing::new(world, &ray, &hit))
