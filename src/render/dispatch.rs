@@ -30,9 +30,7 @@ pub(super) fn picture(
             local_correction::render(world, &config.local, &config.record, seed, run)
         }
         Method::Direct => direct::render(world, &config.record, &config.direct, seed, run),
-        Method::PhotonMap => {
-            photon_map::render(world, inputs.near_cell, &config.proxy, &config.record, seed, run)
-        }
+        Method::PhotonMap => photon_map::render(world, inputs, run),
     }
 }
 
