@@ -254,9 +254,9 @@ mod tests {
             let mut inside = Vec::new();
             tree.within(center, radius, |i, _| inside.push(i));
             inside.sort_unstable();
-            let inside =
+            let near =
                 |&i: &u32| (points[i as usize] - center).length_squared() <= radius * radius;
-            let brute: Vec<u32> = (0..points.len() as u32).filter(inside).collect();
+            let brute: Vec<u32> = (0..points.len() as u32).filter(near).collect();
             prop_assert_eq!(inside, brute);
         }
     }
