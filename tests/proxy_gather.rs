@@ -168,13 +168,17 @@ fn path(w: &World, start: &Surface, rng: &mut Rng) -> f32 {
 
 #[test]
 fn buried_area_does_not_dilute() {
-    // A box of one cell per triangle stands with its lower half in the floor.
+    // A box of one cell per triangle stands with its lower half in the floor. The walls are cut
+    // small: one radiosity for a wall cell of 0.9 alone makes 5 % here.
+    let small = |(corner, a, b): (Vec3, Vec3, Vec3)| {
+        let (a, b) = (a / 10.0, b / 10.0);
+        (0..100).map(move |i| (corner + a * (i % 10) as f32 + b * (i / 10) as f32, a, b))
+    };
+    let walls: Vec<_> =
+        room(Vec3::ZERO, Vec3::new(2.0, 2.0, 1.5)).into_iter().flat_map(small).collect();
     let (low, high) = (Vec3::new(0.7, 0.8, -0.3), Vec3::new(1.3, 1.4, 0.3));
     let outwards: Vec<_> = room(low, high).into_iter().map(|(c, a, b)| (c, b, a)).collect();
-    let meshes = vec![
-        quads(&room(Vec3::ZERO, Vec3::new(2.0, 2.0, 1.5)), 0, Sides::One),
-        quads(&outwards, 0, Sides::Two),
-    ];
+    let meshes = vec![quads(&walls, 0, Sides::One), quads(&outwards, 0, Sides::Two)];
     let lamp = Light::Point { position: Vec3::new(0.4, 0.5, 1.2), intensity: Rgb::ONE };
     let w = world(
         meshes,
@@ -183,52 +187,47 @@ fn buried_area_does_not_dilute() {
         Vec3::new(0.1, 0.1, 1.0),
         Vec3::new(1.0, 1.0, 0.3),
     );
-    let found = |estimate| {
-        let settings = ProxySettings {
-            estimate,
-            gather_rays: 512,
-            photons: 200_000,
-            neighbours: 100,
-            ..gather()
-        };
-        let proxy = solved(&w, 0.9, &settings, 2);
-        let mut rng = Rng::new(4, Stream::Test, 0, 0);
-        let (mut sum, mut truth) = (0.0, 0.0);
-        for f in proxy.facets() {
-            let triangle = f.triangle;
-            let n = f.normal();
-            if w.geometry.mesh_of[triangle as usize] != 1 || n.z.abs() > 0.5 {
-                continue;
-            }
-            let (mut area, mut e) = (0.0, 0.0);
-            for _ in 0..2000 {
-                let b = sample_triangle(rng.next_2d());
-                let a = w.geometry.surface(triangle, b.x, b.y);
-                if a.p.z > 0.0 {
-                    let s = Surface {
-                        p: a.p,
-                        ng: a.ng,
-                        ns: a.ns,
-                        albedo: a.albedo,
-                        le: Rgb::ZERO,
-                        triangle,
-                        u: b.x,
-                        v: b.y,
-                        side: Side::Front,
-                    };
-                    e += path(&w, &s, &mut rng);
-                    area += 1.0;
-                }
-            }
-            truth += e;
-            sum += area * f.indirect_of(Side::Front).x;
+    let found = [Estimate::Gather, Estimate::Cells].map(|estimate| {
+        let (gather_rays, photons, neighbours) = (512, 200_000, 100);
+        let settings = ProxySettings { estimate, gather_rays, photons, neighbours, ..gather() };
+        solved(&w, 0.9, &settings, 2)
+    });
+    let mut rng = Rng::new(4, Stream::Test, 0, 0);
+    let (mut sums, mut truth) = ([0.0; 2], 0.0);
+    for (i, f) in found[0].facets().enumerate() {
+        let triangle = f.triangle;
+        if w.geometry.mesh_of[triangle as usize] != 1 || f.normal().z.abs() > 0.5 {
+            continue;
         }
-        sum / truth
-    };
-    let (gathered, counted) = (found(Estimate::Gather), found(Estimate::Cells));
-    // Noise of 8 · 1000 paths about 1 %; the gather weighs the visible part by how it is seen, not
-    // by area.
-    assert!((gathered - 1.0).abs() < 0.05, "{gathered}");
+        let mut area = 0.0;
+        for _ in 0..20_000 {
+            let b = sample_triangle(rng.next_2d());
+            let a = w.geometry.surface(triangle, b.x, b.y);
+            if a.p.z > 0.0 {
+                let s = Surface {
+                    p: a.p,
+                    ng: a.ng,
+                    ns: a.ns,
+                    albedo: a.albedo,
+                    le: Rgb::ZERO,
+                    triangle,
+                    u: b.x,
+                    v: b.y,
+                    side: Side::Front,
+                };
+                truth += f64::from(path(&w, &s, &mut rng));
+                area += 1.0;
+            }
+        }
+        for (sum, proxy) in sums.iter_mut().zip(&found) {
+            *sum += area * f64::from(proxy.facet(i as u32).indirect_of(Side::Front).x);
+        }
+    }
+    let [gathered, counted] = sums.map(|sum| sum / truth);
+    // The gather weighs the visible part by how it is seen, not by area, and the upper part of a
+    // side, which is seen more, is brighter: 2.8 % more, with a deviation of 1.0 % between seeds.
+    // The truth has 0.9 % for 80 000 paths. 4 deviations of both (docs/records/2026-11-proxy.md).
+    assert!((gathered - 1.028).abs() < 0.052, "{gathered}");
     assert!(counted < 0.7, "photons alone see all of it: {counted}");
 }
 

@@ -223,13 +223,28 @@ mod tests {
 
     proptest! {
         #[test]
-        fn queries_equal_brute_force(raw in prop::collection::vec((0u8..20, 0u8..20, 0u8..20), 0..300), c in (0f32..20.0, 0f32..20.0, 0f32..20.0), k in 1usize..40, radius in 0.5f32..30.0) {
-            let points: Vec<Vec3> = raw.iter().map(|&(x, y, z)| Vec3::new(f32::from(x), f32::from(y), f32::from(z))).collect();
+        fn queries_equal_brute_force(
+            raw in prop::collection::vec((0u8..20, 0u8..20, 0u8..20), 0..300),
+            c in (0f32..20.0, 0f32..20.0, 0f32..20.0),
+            k in 1usize..40,
+            radius in 0.5f32..30.0) {
+            let at = |&(x, y, z): &(u8, u8, u8)| {
+                Vec3::new(f32::from(x), f32::from(y), f32::from(z))
+            };
+            let points: Vec<Vec3> = raw.iter().map(at).collect();
             let center = Vec3::new(c.0, c.1, c.2);
             let tree = KdTree::new(points.iter().copied());
-            let metric = |i: u32, d: Vec3| if i % 7 == 3 { f32::INFINITY } else { d.length_squared() + 16.0 * d.z * d.z };
+            let metric = |i: u32, d: Vec3| match i % 7 {
+                3 => f32::INFINITY,
+                _ => d.length_squared() + 16.0 * d.z * d.z,
+            };
             let mut expected: Vec<(f32, u32)> =
-                points.iter().zip(0..).map(|(p, i)| (metric(i, *p - center), i)).filter(|e| e.0 < radius * radius).collect();
+                points
+                    .iter()
+                    .zip(0..)
+                    .map(|(p, i)| (metric(i, *p - center), i))
+                    .filter(|e| e.0 < radius * radius)
+                    .collect();
             expected.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             expected.truncate(k);
             let mut found = Vec::new();
@@ -239,7 +254,9 @@ mod tests {
             let mut inside = Vec::new();
             tree.within(center, radius, |i, _| inside.push(i));
             inside.sort_unstable();
-            let brute: Vec<u32> = (0..points.len() as u32).filter(|&i| (points[i as usize] - center).length_squared() <= radius * radius).collect();
+            let near =
+                |&i: &u32| (points[i as usize] - center).length_squared() <= radius * radius;
+            let brute: Vec<u32> = (0..points.len() as u32).filter(near).collect();
             prop_assert_eq!(inside, brute);
         }
     }

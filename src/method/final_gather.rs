@@ -2,7 +2,8 @@
 //! caching and decomposition can at best reach.
 //!
 //! ```text
-//! E(x) = π / rays · Σ_r L(x, wi_r)          wi_r cosine-distributed around the shading normal, Owen–Sobol; L from [`Proxy::incident`]
+//! E(x) = π / rays · Σ_r L(x, wi_r)
+//! wi_r cosine-distributed around the shading normal, Owen–Sobol; L from Proxy::incident
 //! ```
 //!
 //! Directions below the geometric horizon bring nothing. Unbiased for the light of the proxy; noise

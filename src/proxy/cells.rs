@@ -99,8 +99,8 @@ impl Cells {
             return Err(Error::setting(
                 "decompose.near_cell",
                 format!(
-                    "{near_cell} would cut the scene into about {expected:.0} cells; use a larger \
-                     length"
+                    "{near_cell} would cut the scene into about {expected:.0} cells; \
+                     use a larger length"
                 ),
             ));
         }

@@ -1,7 +1,8 @@
 //! Indirect irradiance of cell sides by gathering over the cells themselves.
 //!
 //! ```text
-//! E_i = 1/n Σ_r B(h_ir),   B_j = ⟨ρ E_direct⟩_j + ⟨ρ⟩_j E_j            h_ir: side hit by cosine ray r of side i; the sky counts π·L
+//! E_i = 1/n Σ_r B(h_ir),   B_j = ⟨ρ E_direct⟩_j + ⟨ρ⟩_j E_j
+//! h_ir: side hit by cosine ray r of side i; the sky counts π·L
 //! ```
 //!
 //! Ray hits do not depend on light, so every ray is shot once, its hit remembered, and the linear

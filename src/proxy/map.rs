@@ -1,7 +1,8 @@
 //! Density estimation `[Jensen96]`: irradiance from the k nearest photons.
 //!
 //! ```text
-//! E = Σ_{i<k} Φ_i / A(r_k)       A: area of agreeing surface in the squashed ball of radius r_k (else π r_k²)
+//! E = Σ_{i<k} Φ_i / A(r_k)
+//! A: area of agreeing surface in the squashed ball of radius r_k (else π r_k²)
 //! ```
 //!
 //! The k-th photon fixes the radius and is left out of the sum, which makes the estimate unbiased

@@ -1,7 +1,8 @@
 //! `World` → [`Proxy`]: the light that leaves every surface, looked up where rays land.
 //!
 //! ```text
-//! B(piece, side) = ⟨ρ · E_direct⟩ + ⟨ρ⟩ · E_indirect          ⟨·⟩: mean over the piece, B radiosity, W·m⁻²
+//! B(piece, side) = ⟨ρ · E_direct⟩ + ⟨ρ⟩ · E_indirect
+//! ⟨·⟩: mean over the piece; B: radiosity, W·m⁻²
 //! ```
 //!
 //! Far and near rays do not recurse: where they land they are told the radiosity of the piece of

@@ -1,7 +1,8 @@
 //! The proxy as the rest of the program sees it: made, extended by need, read where rays land.
 //!
 //! ```text
-//! L(ray) = B(piece, side) / π,  the sky where nothing is met;  emission counts zero: it is direct light
+//! L(ray) = B(piece, side) / π,  the sky where nothing is met
+//! emission counts zero: it is direct light
 //! ```
 //!
 //! [`Proxy::new`] makes what a [`Need`] asks for, [`Proxy::need`] adds what another asks for and
