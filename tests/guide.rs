@@ -60,11 +60,20 @@ fn blocks(text: &str) -> Vec<Block> {
     found
 }
 
-/// The words of a command, without its comment.
+impl Block {
+    /// The block's commands; a line that ends with a backslash goes on in the next.
+    fn commands(&self) -> Vec<String> {
+        let text = self.lines.join("\n").replace("\\\n", " ");
+        text.lines().map(str::to_owned).collect()
+    }
+}
+
+/// The words of a command, without its comment. Single quotes may keep a shell from words without
+/// spaces.
 fn words(line: &str) -> Vec<String> {
-    assert!(!line.contains(['"', '\'', '\\', '|']), "write this without quotes and pipes: {line}");
+    assert!(!line.contains(['"', '\\', '|', '>']), "write this more plainly: {line}");
     let command = line.split(" #").next().unwrap_or(line);
-    command.split_whitespace().map(str::to_owned).collect()
+    command.split_whitespace().map(|word| word.trim_matches('\'').to_owned()).collect()
 }
 
 /// Whether a command reads a scene and takes size and settings.
@@ -181,8 +190,8 @@ fn follow(page: &str) -> usize {
             continue;
         }
         let needs_oidn = block.info.iter().any(|w| w == "needs-oidn");
-        for line in &block.lines {
-            let words = words(line);
+        for line in block.commands() {
+            let words = words(&line);
             match words.first().map(String::as_str) {
                 Some("mkdir") => std::fs::create_dir_all(folder.join(&words[1])).unwrap(),
                 Some("nearfar") if needs_oidn && std::env::var_os("NEARFAR_OIDN").is_none() => {
