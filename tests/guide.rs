@@ -23,6 +23,7 @@ const SMALL: &[&str] = &[
     "proxy.photons=1000",
     "proxy.gather_rays=2",
     "proxy.direct_samples=1",
+    "decompose.near_cell=10%",
     "decompose.rays=16",
     "decompose.near_rays=2",
     "cache.rays=64",
