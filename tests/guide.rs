@@ -1,10 +1,11 @@
 //! The guide and the README: every command that they show is run, small.
 //!
-//! A page's blocks marked `sh` hold the commands, one a line; those of `nearfar` are run in the order
-//! of the page, in a folder of their own that has the scenes, so that files which one command makes
-//! are there for the next. Blocks marked `file=NAME` are saved under that name first. Commands in a
-//! block marked `needs-oidn` are left out, visibly, unless `NEARFAR_OIDN` is set. [`small`] says what
-//! is made small; a command that is refused, fails, or does not make its file fails the page.
+//! A page's blocks marked `sh` hold the commands, one a line; those of `nearfar` are run in the
+//! order of the page, in a folder of their own that has the scenes, so that files which one command
+//! makes are there for the next. Blocks marked `file=NAME` are saved under that name first.
+//! Commands in a block marked `needs-oidn` are left out, visibly, unless `NEARFAR_OIDN` is set.
+//! [`small`] says what is made small; a command that is refused, fails, or does not make its file
+//! fails the page.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -103,8 +104,8 @@ fn small_value(option: &str, value: &str) -> Option<String> {
     }
 }
 
-/// The arguments of a command of the page, small: size, samples, times and counts are cut down,
-/// the settings of [`SMALL`] stand before the page's own, and scenes made by code get few triangles.
+/// The arguments of a command of the page, small: size, samples, times and counts are cut down, the
+/// settings of [`SMALL`] stand before the page's own, and scenes made by code get few triangles.
 fn small(words: &[String], folder: &Path) -> Vec<String> {
     if !takes_scene(words) {
         return words.to_vec();
@@ -157,8 +158,8 @@ fn workplace(name: &str, text: &str) -> PathBuf {
         }
     }
     if text.contains("cornell-box.exr") {
-        let truth = "reference scenes/cornell-box/cornell-box.toml --spp 128 --no-state --half --aov \
-                     half0,half1 -o scenes/cornell-box/cornell-box.exr --seed 99";
+        let truth = "reference scenes/cornell-box/cornell-box.toml --spp 128 --no-state --half \
+                     --aov half0,half1 -o scenes/cornell-box/cornell-box.exr --seed 99";
         run(&small(&words(truth), &folder), &folder, truth);
     }
     folder
