@@ -8,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
+use crate::cloud::PointsSettings;
 use crate::denoise::Denoise;
 use crate::error::{Error, Result};
 use crate::method::cache::CacheSettings;
@@ -18,7 +19,6 @@ use crate::method::local_correction::LocalSettings;
 use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
 use crate::photon::PhotonSettings;
-use crate::points::PointsSettings;
 use crate::record::RecordSettings;
 use crate::shading::DirectSettings;
 

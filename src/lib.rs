@@ -23,8 +23,8 @@
 //! | [`film`] (6) | layers → EXR, PNG |
 //! | [`denoise`] (6) | the finished picture denoised, by a library opened at run time |
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
-//! | [`points`] (6) | `Geometry` → `Cloud` of discs → hierarchy → occlusion and irradiance without rays |
-//! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, points, local-correction, direct, photon-map, converge: siblings |
+//! | [`cloud`] (6) | `Geometry` → `Cloud` of discs → hierarchy → occlusion and irradiance without rays |
+//! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, point-based, local-correction, direct, photon-map, converge: siblings |
 //! | [`config`], [`report`], [`cli`] (8–9) | settings, comparison and benchmark tables, the command line |
 //!
 //! Imports go from higher rank to lower; `tests/architecture.rs` checks it.
@@ -60,6 +60,7 @@
 pub mod accel;
 pub mod builtin;
 pub mod cli;
+pub mod cloud;
 pub mod config;
 pub mod denoise;
 pub mod error;
@@ -69,7 +70,6 @@ pub mod load;
 pub mod math;
 pub mod method;
 pub mod photon;
-pub mod points;
 pub mod radiometry;
 pub mod record;
 pub mod report;

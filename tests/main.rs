@@ -19,7 +19,7 @@ mod near_far;
 mod path;
 mod photon;
 mod pixel_filter;
-mod points;
+mod point_based;
 mod references;
 mod report;
 mod reuse;

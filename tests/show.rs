@@ -1,9 +1,9 @@
-//! `nearfar show` on points, looked at by a browser.
+//! `nearfar cloud show`, looked at by a browser.
 
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
-use nearfar::points::{Cloud, write_cloud};
+use nearfar::cloud::{Cloud, write_cloud};
 use nearfar::radiometry::Rgb;
 use nearfar::report::viewer::{Table, write_page};
 use nearfar::run::Run;

@@ -60,8 +60,8 @@ pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, Strin
         "subdivision" => subdivision(&read(parameters)?)?,
         _ => {
             return Err(format!(
-                "there is no builtin \"{name}\"; there are: atrium, cathedral, foliage, fur, hairball, \
-                 interior, slats, study, subdivision"
+                "there is no builtin \"{name}\"; there are: atrium, cathedral, foliage, fur, \
+                 hairball, interior, slats, study, subdivision"
             ));
         }
     };

@@ -22,7 +22,7 @@ use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
 use crate::method::{
     Method, Rendered, cache, converge, decompose, direct, gather, local_correction, path,
-    photon_map, points,
+    photon_map, point_based,
 };
 use crate::report::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::run::Run;
@@ -147,7 +147,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
             with_cache(args, &job.scene, &world, &config.cache, inputs, &job.run)?
         }
         Method::Gather => gather::render(&world, &config.gather, inputs, &job.run)?,
-        Method::Points => points::render(&world, &config.points, inputs, &job.run)?,
+        Method::PointBased => point_based::render(&world, &config.points, inputs, &job.run)?,
         Method::LocalCorrection => {
             local_correction::render(&world, &config.local, &config.record, config.seed, &job.run)?
         }

@@ -8,7 +8,7 @@
 //! What the near surfaces send is added and what the ambient field had claimed for the directions
 //! they cover is taken away: contact shadows and local bleeding. Near is the far field's alpha
 //! here: `local.reach`; coverage fades out over its second half. Near surfaces are elements
-//! ([`crate::points`]) with B = albedo · (E_lights + E_ambient), so overlap is dealt with by the
+//! ([`crate::cloud`]) with B = albedo · (E_lights + E_ambient), so overlap is dealt with by the
 //! raster. The ambient field: `local.ambient` holds one radiance for all directions, or 4 or 9 SH
 //! coefficients (order l² + l + m, world axes).
 //!
@@ -22,9 +22,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Rendered;
+use crate::cloud::{Cloud, Gather, Hierarchy, HitSides, PointsSettings, Receiver, dice};
 use crate::error::{Error, Result};
 use crate::math::offset_origin;
-use crate::points::{Cloud, Gather, Hierarchy, HitSides, PointsSettings, Receiver, dice};
 use crate::radiometry::Rgb;
 use crate::record::{RecordSettings, camera_samples};
 use crate::run::Run;

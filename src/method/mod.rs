@@ -12,7 +12,7 @@ pub mod locations;
 pub mod path;
 pub mod photon_map;
 pub mod ply;
-pub mod points;
+pub mod point_based;
 pub mod stage;
 
 use serde::{Deserialize, Serialize};
@@ -34,7 +34,7 @@ pub enum Method {
     /// Unidirectional path tracing: the ground truth.
     Path,
     /// Gathered from surface elements: no ray for occlusion or indirect light.
-    Points,
+    PointBased,
     /// Hand-placed lights without shadows and a flat ambient term, corrected by the near surfaces:
     /// no ray but the camera's.
     LocalCorrection,

@@ -6,7 +6,7 @@
 //!         `radius_along` and `radius_across`; without any the elements are points.
 //! Output  HTML that needs nothing else: style, program and data are inside, and its policy lets it
 //!         ask nobody for anything. WebGL2 and a browser of 2023 or later.
-//! Data    columns, elements in the order of [`crate::points::Hierarchy`]; bytes of equal weight
+//! Data    columns, elements in the order of [`crate::cloud::Hierarchy`]; bytes of equal weight
 //!         stand together (all first bytes, all second …), which lets DEFLATE find what neighbours
 //!         have in common; then base64. Nodes of the tree follow as columns of their own: range of
 //!         elements, depth, centre, normal, area. Means over a node are taken in the page.
@@ -14,7 +14,7 @@
 //! Guarantees  what a pick shows is the number in the file, to the last bit; only pictures are
 //!             rounded (colours and normals to 8 bits).
 //! Not     numbers of later elements than `vertex`, lists, text or big-endian files.
-//! Cost    about 50 B an element in the page for what `nearfar bake` writes, 24 B on the graphics
+//! Cost    about 50 B an element in the page for what `nearfar cloud bake` writes, 24 B on the graphics
 //!         card, one buffer and one draw call.
 //!
 //! | File | Job |
@@ -30,8 +30,8 @@ mod table;
 use glam::Vec3;
 use serde_json::json;
 
+use crate::cloud::{Cloud, Hierarchy, HitSides};
 use crate::error::{Error, Result};
-use crate::points::{Cloud, Hierarchy, HitSides};
 use pack::column;
 pub use table::Table;
 
@@ -65,7 +65,7 @@ pub fn page(table: &Table, title: &str) -> Result<String> {
     let index: Vec<u8> = tree.order().iter().flat_map(|i| i.to_le_bytes()).collect();
     add(&mut columns, "", "u4", &index, 4);
     let (groups, mut nodes) = (tree.all_groups(), Vec::new());
-    let ints = |f: &dyn Fn(&crate::points::Group) -> u32| {
+    let ints = |f: &dyn Fn(&crate::cloud::Group) -> u32| {
         groups.iter().flat_map(|g| f(g).to_le_bytes()).collect::<Vec<u8>>()
     };
     for (name, bytes) in [

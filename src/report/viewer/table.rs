@@ -6,8 +6,8 @@ use std::path::Path;
 
 use glam::Vec3;
 
+use crate::cloud::ply_header::{Header, Kind, header};
 use crate::error::{Error, Result};
-use crate::points::ply_header::{Header, Kind, header};
 
 /// Points and their numbers, as the file has them.
 #[derive(Debug)]

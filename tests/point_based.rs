@@ -2,14 +2,14 @@
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::cloud::{
+    Cloud, Density, Hierarchy, HitSides, Overlap, PointsSettings, RadiositySource, bake, dice,
+};
 use nearfar::config::RenderConfig;
 use nearfar::film::read_exr;
 use nearfar::load::load;
 use nearfar::method::path;
-use nearfar::method::points::{gather_picture, render, traced_occlusion};
-use nearfar::points::{
-    Cloud, Density, Hierarchy, HitSides, Overlap, PointsSettings, RadiositySource, bake, dice,
-};
+use nearfar::method::point_based::{gather_picture, render, traced_occlusion};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 use nearfar::sampling::{Rng, Stream};
@@ -186,7 +186,7 @@ fn smaller_groups_bring_it_closer_to_all_elements_one_by_one() {
         ..PointsSettings::default()
     };
     let inputs = config.inputs(world.diagonal);
-    let proxy = nearfar::points::ProxyInputs { near_cell: inputs.near_cell, photon: inputs.photon };
+    let proxy = nearfar::cloud::ProxyInputs { near_cell: inputs.near_cell, photon: inputs.photon };
     let cloud = bake(&world, &settings, proxy, 1, &run).unwrap();
     let tree = Hierarchy::new(&cloud, HitSides::Both).unwrap();
     let light = |solid_angle: f32| -> Vec<Rgb> {

@@ -1,17 +1,17 @@
 //! Clouds as files: binary little-endian PLY that MeshLab and Blender open, with the names of
 //! RenderMan's point clouds.
 //!
-//! One element `vertex` with `x y z nx ny nz _area`, the byte `_one_sided`, then three floats
-//! `NAME_r NAME_g NAME_b` for every channel, then `red green blue` (bytes; the first channel at a
-//! brightness fit for looking at). Reading takes any binary little-endian PLY whose first element
-//! is `vertex`, in any order of properties: positions and normals are needed, `_area` or a `radius`
-//! as well; `_one_sided` is 0 where it is missing; triples `NAME_r…` become channels, the rest is
-//! passed over.
+//! A file has one element `vertex` with `x y z nx ny nz _area`, the byte `_one_sided`, then three
+//! floats `NAME_r NAME_g NAME_b` for every channel, then the bytes `red green blue`, which show the
+//! first channel at a brightness fit for looking at. Any binary little-endian PLY whose first
+//! element is `vertex` can be read, whatever the order of its properties. Positions and normals are
+//! needed, and either `_area` or a `radius`; `_one_sided` is 0 where it is missing; triples
+//! `NAME_r…` become channels; the rest is passed over.
 //!
-//! Guarantees  what is written is read back bit for bit; a file is written whole or not at all;
-//!             sizes are checked before allocating; areas and positions that are not finite, or not
-//!             positive areas, are errors that name the element.
-//! Cost    28 B an element and 12 B a channel, streamed in both directions.
+//! What is written is read back bit for bit. A file is written whole or not at all. Sizes are
+//! checked before memory is taken. Positions or areas that are not finite, and areas that are not
+//! positive, are errors that name the element. A file takes 28 bytes an element and 12 a channel,
+//! and is streamed in both directions.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Write};
@@ -106,9 +106,8 @@ pub fn read_cloud(path: &Path) -> Result<Cloud> {
     }
     let find = |name: &str| header.properties.iter().find(|p| p.name == name);
     let need = |name: &str| {
-        find(name).ok_or_else(|| {
-            bad(None, format!("has no property \"{name}\"; bake it with `nearfar bake`"))
-        })
+        find(name)
+            .ok_or_else(|| bad(None, format!("has no property \"{name}\"; bake the cloud again")))
     };
     let place = [need("x")?, need("y")?, need("z")?];
     let normal = [need("nx")?, need("ny")?, need("nz")?];
@@ -118,7 +117,7 @@ pub fn read_cloud(path: &Path) -> Result<Cloud> {
         _ => {
             return Err(bad(
                 None,
-                "has no property \"_area\" (nor \"radius\"); bake it with `nearfar bake`".into(),
+                "has no property \"_area\" (nor \"radius\"); bake the cloud again".into(),
             ));
         }
     };
@@ -160,7 +159,8 @@ pub fn read_cloud(path: &Path) -> Result<Cloud> {
             return Err(bad(
                 None,
                 format!(
-                    "element {i} (counted from 0) has position {p} and area {size}: both must be finite, and the area positive"
+                    "element {i} (counted from 0) has position {p} and area {size}: \
+                     both must be finite, and the area positive"
                 ),
             ));
         }
@@ -245,7 +245,7 @@ mod tests {
         );
         assert_eq!(
             error(b"ply\nelement vertex 1\nproperty uchar x\nend_header\n1"),
-            ": has no property \"y\"; bake it with `nearfar bake`"
+            ": has no property \"y\"; bake the cloud again"
         );
         write_cloud(&path, &cloud, &[]).unwrap();
         let bytes = std::fs::read(&path).unwrap();

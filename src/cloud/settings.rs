@@ -72,7 +72,7 @@ pub struct PointsSettings {
     pub bounces: u32,
     /// Estimate the bounces after the last as a geometric series. Default true.
     pub tail: bool,
-    /// Only true: the gather knows no rays (`--method gather` and `nearfar gather --traced` do).
+    /// Only true: the gather knows no rays (`--method gather` does).
     pub pointbased: bool,
     /// Largest solid angle of a group of elements that is taken as one, steradians, 0 to 1; 0 takes
     /// every element by itself. Default 0.05.
@@ -167,7 +167,7 @@ impl PointsSettings {
         if !self.pointbased {
             return Err(Error::setting(
                 "points.pointbased",
-                "this method knows no rays: use --method gather, or nearfar gather --traced",
+                "this method knows no rays: use --method gather, or nearfar cloud gather --traced",
             ));
         }
         if self.falloffmode == FalloffMode::Polynomial
@@ -223,8 +223,11 @@ mod tests {
             assert!(toml::from_str::<PointsSettings>(bad).unwrap().validate().is_err(), "{bad}");
         }
         assert!(toml::from_str::<PointsSettings>("max_solid_angle = 3").is_err());
-        let s: PointsSettings =
-            toml::from_str("falloff = 2.0\nfalloffmode = \"polynomial\"\nmaxdist = 4.0\nhitsides = \"front\"\noverlap = \"bunnell\"").unwrap();
+        let s: PointsSettings = toml::from_str(
+            "falloff = 2.0\nfalloffmode = \"polynomial\"\nmaxdist = 4.0\n\
+                 hitsides = \"front\"\noverlap = \"bunnell\"",
+        )
+        .unwrap();
         assert!(
             s.validate().is_ok()
                 && (s.weight(1.0) - 0.5625).abs() < 1e-6

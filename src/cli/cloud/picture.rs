@@ -1,20 +1,25 @@
-//! `nearfar gather`: pictures from a baked point cloud.
+//! `nearfar cloud gather`: a picture of what the camera's points see of a baked cloud.
+//!
+//! The command reads the cloud, builds its tree, lets the camera find shading points (the only rays
+//! that are shot) and gathers at each of them. The channels that were asked for become layers of
+//! the picture; the first is the picture itself. Occlusion can be traced by rays as well, which
+//! tells how far the gathered one is off.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
-use serde_json::json;
 
-use super::check_writable;
-use super::options::{Job, OutputOptions, SceneOptions};
-use super::render::{check_outputs, finish, warn_of_camera};
+use super::against_rays::against_rays;
+use crate::cli::check_writable;
+use crate::cli::options::{OutputOptions, SceneOptions};
+use crate::cli::render::{check_outputs, finish, warn_of_camera};
+use crate::cloud::{Hierarchy, read_cloud};
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::method::Rendered;
-use crate::method::points::{PointLayers, gather_picture, traced_occlusion};
-use crate::points::{Hierarchy, read_cloud};
+use crate::method::point_based::{PointLayers, gather_picture};
 use crate::radiometry::Rgb;
 use crate::shading::{Sky, World};
 
@@ -32,14 +37,14 @@ enum Channel {
     Environment,
 }
 
-/// Options of `nearfar gather`.
+/// Options of `nearfar cloud gather`.
 #[derive(Debug, Args)]
-pub(super) struct GatherArgs {
+pub(in crate::cli) struct GatherArgs {
     #[command(flatten)]
     scene: SceneOptions,
     #[command(flatten)]
     output: OutputOptions,
-    /// Point cloud of `nearfar bake`.
+    /// Point cloud of `nearfar cloud bake`.
     #[arg(long, value_name = "CLOUD.ply")]
     cloud: PathBuf,
     /// What to gather; the first is the picture, all are layers.
@@ -96,39 +101,9 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     stats.insert("shading_points".into(), layers.gathered.len().into());
     stats.insert("gathers".into(), layers.gathers.into());
     if let Some(rays) = args.traced {
-        let traced = traced_occlusion(
-            &world,
-            &layers.samples.points,
-            settings,
-            rays,
-            job.config.seed,
-            &job.run,
-        )?;
-        let difference = |f: &dyn Fn(f64) -> f64| {
-            let sum: f64 = layers
-                .gathered
-                .iter()
-                .zip(&traced)
-                .map(|(g, &t)| f(f64::from(g.occlusion) - f64::from(t)))
-                .sum();
-            sum / traced.len().max(1) as f64
-        };
-        let (mae, rmse, bias) =
-            (difference(&f64::abs), difference(&|d| d * d).sqrt(), difference(&|d| d));
-        println!(
-            "occlusion against {rays} rays: mean absolute error {mae:.4}, root mean square {rmse:.4}, bias {bias:+.4}"
-        );
-        stats.insert(
-            "traced".into(),
-            json!({ "rays": rays, "mean_absolute_error": mae, "rms": rmse, "bias": bias }),
-        );
-        stats.insert(
-            "rays_of_equal_error".into(),
-            equal_rays(&world, &layers, &traced, mae, &job)?
-                .map_or(serde_json::Value::Null, |(r, s)| json!({ "rays": r, "seconds": s })),
-        );
-        let values: Vec<Rgb> = traced.into_iter().map(Rgb::splat).collect();
-        film.set("traced", layers.samples.mean(&values).iter().map(|c| c.x).collect());
+        let compared = against_rays(&world, &layers, &job, rays)?;
+        stats.extend(compared.stats);
+        film.set("traced", compared.layer);
     }
     finish(
         &args.scene,
@@ -138,46 +113,6 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         &world,
         Rendered { film, stats, ..Rendered::default() },
     )
-}
-
-/// Rays a point whose mean absolute error is `mae`, and the seconds that they take at all points;
-/// none when `truth` is no better than that. Prints both. Between powers of two the error is taken
-/// as a power of the number.
-fn equal_rays(
-    world: &World,
-    layers: &PointLayers,
-    truth: &[f32],
-    mae: f64,
-    job: &Job,
-) -> Result<Option<(f64, f64)>> {
-    let mut before: Option<(f64, f64, f64)> = None;
-    for rays in (2..10).map(|i| 1u32 << i) {
-        let start = std::time::Instant::now();
-        let few = traced_occlusion(
-            world,
-            &layers.samples.points,
-            &job.config.points,
-            rays,
-            job.config.seed + 1,
-            &job.run,
-        )?;
-        let seconds = start.elapsed().as_secs_f64();
-        let error = few.iter().zip(truth).map(|(&a, &b)| f64::from((a - b).abs())).sum::<f64>()
-            / few.len().max(1) as f64;
-        if error <= mae {
-            let (from, to) = (
-                before.unwrap_or((f64::from(rays), error, seconds)),
-                (f64::from(rays), error, seconds),
-            );
-            let t = if from.1 > to.1 { (from.1 / mae).ln() / (from.1 / to.1).ln() } else { 1.0 };
-            let (equal, time) =
-                (from.0 * (to.0 / from.0).powf(t), from.2 * (to.2 / from.2).powf(t));
-            println!("as good as {equal:.1} rays a point, which take {time:.2} s");
-            return Ok(Some((equal, time)));
-        }
-        before = Some((f64::from(rays), error, seconds));
-    }
-    Ok(None)
 }
 
 fn film(layers: &PointLayers, channels: &[Channel], sky: &Sky) -> Film {
