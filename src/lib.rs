@@ -25,7 +25,10 @@
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
 //! | [`cloud`] (6) | `Geometry` → `Cloud` of discs → hierarchy → occlusion and irradiance without rays |
 //! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, point-based, local-correction, direct, photon-map, converge: siblings |
-//! | [`config`], [`report`], [`cli`] (8–9) | settings, comparison and benchmark tables, the command line |
+//! | [`compare`] (7) | a picture and its reference → errors, by octave of size too; FLIP; flicker |
+//! | [`bench`] (8) | backends, methods and the parts of an error, measured side by side |
+//! | [`page`], [`export`], [`info`] (8) | HTML pages; scenes for other renderers; what a scene holds |
+//! | [`config`], [`cli`] (8–9) | settings, the command line |
 //!
 //! Imports go from higher rank to lower; `tests/architecture.rs` checks it.
 //!
@@ -58,21 +61,25 @@
 )]
 
 pub mod accel;
+pub mod bench;
 pub mod builtin;
 pub mod cli;
 pub mod cloud;
+pub mod compare;
 pub mod config;
 pub mod denoise;
 pub mod error;
+pub mod export;
 pub mod ffi;
 pub mod film;
+pub mod info;
 pub mod load;
 pub mod math;
 pub mod method;
+pub mod page;
 pub mod photon;
 pub mod radiometry;
 pub mod record;
-pub mod report;
 pub mod run;
 pub mod sampling;
 pub mod scene;

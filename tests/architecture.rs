@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Rooms that may be imported by rooms of the same or a higher rank.
-const RANKS: [(&str, u32); 22] = [
+const RANKS: &[(&str, u32)] = &[
     ("error", 0),
     ("run", 0),
     ("ffi", 1),
@@ -25,7 +25,11 @@ const RANKS: [(&str, u32); 22] = [
     ("cloud", 6),
     ("method", 7),
     ("config", 8),
-    ("report", 8),
+    ("compare", 7),
+    ("bench", 8),
+    ("page", 8),
+    ("export", 8),
+    ("info", 8),
     ("cli", 9),
 ];
 

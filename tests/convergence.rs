@@ -1,12 +1,12 @@
 //! The decomposition's error against ground truth falls with each knob that spends time, and has a
 //! minimum in alpha.
 
+use nearfar::compare::{Halves, errors};
 use nearfar::method::decompose::{DecomposeSettings, Length, render};
 use nearfar::method::path::{self, PathSettings};
 use nearfar::method::stage::Inputs;
 use nearfar::photon::{Estimate, PhotonSettings};
 use nearfar::record::RecordSettings;
-use nearfar::report::{Halves, errors};
 use nearfar::run::Run;
 use nearfar::shading::{DirectSettings, World};
 

@@ -4,9 +4,9 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use nearfar::compare::{compare, read_reference};
 use nearfar::ffi::oidn::{Denoiser, VARIABLE};
 use nearfar::film::{Film, read_exr};
-use nearfar::report::{compare, read_reference};
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.toml");
 const TRUTH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.exr");

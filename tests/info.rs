@@ -6,9 +6,9 @@ use std::process::Command;
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::info::{SceneInfo, camera_inside_wall, scene_info};
 use nearfar::load::load;
 use nearfar::method::decompose::DecomposeSettings;
-use nearfar::report::info::{SceneInfo, camera_inside_wall, scene_info};
 use nearfar::scene::{Camera, Light, Mesh, Scene};
 use serde_json::Value;
 

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use nearfar::film::{Film, Precision, write_exr};
+use nearfar::page::report::page;
 use nearfar::radiometry::Rgb;
-use nearfar::report::page::page;
 use nearfar::run::Run;
 
 use crate::support::browser::Page;

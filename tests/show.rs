@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 use nearfar::cloud::{Cloud, write_cloud};
+use nearfar::page::viewer::{Table, write_page};
 use nearfar::radiometry::Rgb;
-use nearfar::report::viewer::{Table, write_page};
 use nearfar::run::Run;
 
 use crate::support::browser::Page;

@@ -9,8 +9,8 @@ use clap::Args;
 use super::methods::{self, MethodsOptions};
 use super::options::SceneOptions;
 use super::{budget, check_writable};
+use crate::bench::backends::{BackendBenchSettings, bench_backends};
 use crate::error::{Error, Result};
-use crate::report::backends::{BackendBenchSettings, bench_backends};
 use crate::shading::World;
 
 /// Options of `nearfar bench`.

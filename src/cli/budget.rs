@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::options::Job;
+use crate::bench::budget::{BudgetRow, Truth, budget};
+use crate::compare::{Reference, read_reference};
 use crate::error::{Error, Result};
-use crate::report::budget::{BudgetRow, Truth, budget};
-use crate::report::{Reference, read_reference};
 use crate::shading::World;
 
 /// The rows of a budget as a table.

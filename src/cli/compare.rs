@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::check_writable;
+use crate::compare as error;
 use crate::error::{Error, Result};
 use crate::film::{read_exr, write_png_rgb};
-use crate::report;
 
 /// Options of `nearfar compare`.
 #[derive(Debug, Args)]
@@ -39,8 +39,8 @@ pub(super) fn compare(args: &CompareArgs) -> Result<()> {
         check_writable(path)?;
     }
     let film = read_exr(&args.image)?;
-    let reference = report::read_reference(&args.reference)?;
-    let found = report::compare(&film, &args.image, &reference)?;
+    let reference = error::read_reference(&args.reference)?;
+    let found = error::compare(&film, &args.image, &reference)?;
     let e = &found.errors;
     if args.json {
         let text = serde_json::to_string_pretty(&found)
@@ -69,7 +69,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<()> {
         );
     }
     if let (Some(path), Some(pixels)) = (&args.output, film.rgb("")) {
-        let difference = report::difference(&pixels, &reference.mean, args.amplify);
+        let difference = error::difference(&pixels, &reference.mean, args.amplify);
         write_png_rgb(&difference, reference.width, reference.height, path, found.exposure)?;
     }
     match args.max_relmse {

@@ -7,8 +7,8 @@ use clap::Args;
 use super::options::SceneOptions;
 use super::tell;
 use crate::error::Result;
+use crate::export;
 use crate::load::Loaded;
-use crate::report::export;
 
 /// Options of `nearfar export`.
 #[derive(Debug, Args)]

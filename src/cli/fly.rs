@@ -14,13 +14,13 @@ use toml::Value;
 use super::options::{Job, SceneOptions};
 use super::render::{describe, keep_layers};
 use super::{check_writable, statistics};
+use crate::compare::flicker::{Flicker, Frame};
 use crate::error::{Error, Result};
 use crate::film::{self, Precision};
 use crate::load::load_camera_path;
 use crate::method::decompose::near_boxes::NearBoxes;
 use crate::method::decompose::store::{self, Known};
 use crate::method::decompose::{self, NearNoise, Prepared};
-use crate::report::flicker::{Flicker, Frame};
 use crate::scene::{Camera, CameraPath, Fingerprint};
 use crate::shading::World;
 

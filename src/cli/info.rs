@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::options::SceneOptions;
 use crate::error::{Error, Result};
-use crate::report::info::scene_info;
+use crate::info::scene_info;
 use crate::run::Run;
 use crate::shading::World;
 

@@ -12,14 +12,14 @@ use toml::{Table, Value};
 use super::check_writable;
 use super::measure::{Configuration, Measured, Workshop};
 use super::options::{Job, SceneOptions};
+use crate::bench::chart::chart;
+use crate::bench::methods::{Against, ForeignPoint, MethodsReport, Row, verdict};
+use crate::compare::{Comparison, Reference, compare, read_reference};
 use crate::config::{self, RenderConfig};
 use crate::error::{Error, Result};
 use crate::ffi::oidn::Denoiser;
 use crate::film::read_exr;
 use crate::method::Method;
-use crate::report::chart::chart;
-use crate::report::methods::{Against, ForeignPoint, MethodsReport, Row, verdict};
-use crate::report::{Comparison, Reference, compare, read_reference};
 
 /// Options of `nearfar bench --methods`.
 #[derive(Debug, Args)]

@@ -16,6 +16,7 @@ use crate::denoise::{Denoise, Parts, denoise};
 use crate::error::{Error, Result};
 use crate::ffi::oidn::Denoiser;
 use crate::film::{self, Film, Precision};
+use crate::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::method::cache::{CacheSettings, store};
 use crate::method::decompose::DecomposeSettings;
 use crate::method::path::PathSettings;
@@ -24,7 +25,6 @@ use crate::method::{
     Method, Rendered, cache, converge, decompose, direct, gather, local_correction, path,
     photon_map, point_based,
 };
-use crate::report::info::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::run::Run;
 use crate::sampling::hash64;
 use crate::scene::{Fingerprint, Scene};

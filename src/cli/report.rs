@@ -10,7 +10,7 @@ use super::options::with_bar;
 use super::{check_writable, tell};
 use crate::error::{Error, Result};
 use crate::film::atomically;
-use crate::report::page::page;
+use crate::page::report::page;
 use crate::run::Run;
 
 /// Options of `nearfar report`.

@@ -12,7 +12,7 @@ use clap::Args;
 use crate::cli::check_writable;
 use crate::cli::show::has_extension;
 use crate::error::{Error, Result};
-use crate::report::viewer::{Table, write_page};
+use crate::page::viewer::{Table, write_page};
 use crate::run::Run;
 
 /// Options of `nearfar cloud show`.

@@ -22,8 +22,8 @@ use std::fmt::{Display, Formatter};
 
 use serde::Serialize;
 
-use super::Comparison;
 use super::curves::{At, Curve, Extension, Ratio, levels, ratio};
+use crate::compare::Comparison;
 
 /// One configuration, measured.
 #[derive(Clone, Debug, Serialize)]
@@ -382,14 +382,14 @@ impl Verdict {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::report::Errors;
+    use crate::compare::Errors;
 
     fn comparison(error: f64) -> Comparison {
         let errors = Errors { relmse: error, relmse_trimmed: error, ..Errors::default() };
         Comparison { errors, flip: 0.05, exposure: 0.0, halves: true }
     }
 
-    pub(in crate::report) fn row(
+    pub(in crate::bench) fn row(
         line: &str,
         value: f64,
         seconds: f64,
@@ -416,7 +416,7 @@ pub(super) mod tests {
 
     /// decomposition: error 0.01 / t; path: error 1 / spp, a second each; caches: error 10 /
     /// records and 40 / records.
-    pub(in crate::report) fn example() -> Vec<Row> {
+    pub(in crate::bench) fn example() -> Vec<Row> {
         let mut rows = Vec::new();
         rows.extend(
             [4.0, 2.0, 1.0]

@@ -6,11 +6,11 @@ use serde_json::Value;
 use super::encode;
 use super::folder::{Picture, find_reference};
 use super::manifest::{SectionPlan, Sweep, Toggle};
-use crate::error::Result;
-use crate::radiometry::Rgb;
-use crate::report::{
+use crate::compare::{
     Comparison, Reference, compare_with_flip, errors, exposure_of, read_reference,
 };
+use crate::error::Result;
+use crate::radiometry::Rgb;
 use crate::run::{Phase, Run};
 
 /// What the script gets of a section.

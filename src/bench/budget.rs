@@ -1,7 +1,7 @@
 //! Where the error of a decomposition picture sits: one part at a time is swapped for an exact one.
 //!
 //! Every row is the final image on a lattice of pixels, against the same two-half ground truth (see
-//! [`super::Halves`]):
+//! [`Halves`]):
 //!
 //! | Row | Indirect irradiance at a shading point |
 //! |---|---|
@@ -18,7 +18,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::metrics::{Errors, Halves, errors};
+use crate::compare::{Errors, Halves, errors};
 use crate::error::Result;
 use crate::method::decompose::far::{sample, sample_cluster};
 use crate::method::decompose::interpolate::FarField;
