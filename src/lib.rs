@@ -12,7 +12,9 @@
 //! |---|---|
 //! | [`error`], [`run`] (0) | failures with file, line and fix; progress, cancel, warnings, threads |
 //! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
+//! | [`atomic_file`] (1) | files that are written whole or not at all |
 //! | [`ffi`] (1) | the borders to C, the only folder with unsafe code: Embree, Open Image Denoise |
+//! | [`ply`] (2) | columns of numbers to and from PLY files |
 //! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures |
 //! | [`builtin`] (3) | scenes made by code: names and parameters → meshes and materials |
 //! | [`load`] (3) | OBJ/MTL, cages, curves, scene TOML, images → [`scene::Scene`], whose surfaces are triangles |
@@ -61,6 +63,7 @@
 )]
 
 pub mod accel;
+pub mod atomic_file;
 pub mod bench;
 pub mod builtin;
 pub mod cli;
@@ -78,6 +81,7 @@ pub mod math;
 pub mod method;
 pub mod page;
 pub mod photon;
+pub mod ply;
 pub mod radiometry;
 pub mod record;
 pub mod run;

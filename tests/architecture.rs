@@ -7,11 +7,13 @@ use std::path::{Path, PathBuf};
 const RANKS: &[(&str, u32)] = &[
     ("error", 0),
     ("run", 0),
+    ("atomic_file", 1),
     ("ffi", 1),
     ("math", 1),
     ("sampling", 1),
     ("sh", 1),
     ("radiometry", 1),
+    ("ply", 2),
     ("scene", 2),
     ("builtin", 3),
     ("load", 3),

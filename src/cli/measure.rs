@@ -20,6 +20,7 @@ use serde_json::Value;
 
 use super::options::{Job, SceneOptions};
 use super::statistics::children_cpu_seconds;
+use crate::atomic_file;
 use crate::error::{Error, Result};
 use crate::scene::Fingerprint;
 
@@ -164,8 +165,8 @@ impl Workshop {
         let (to, figures) = (self.image(configuration), self.file(configuration, "json"));
         // The image first: figures without an image count as nothing known.
         std::fs::rename(&image, &to).map_err(io(&to))?;
-        std::fs::write(&stats, text + "\n").map_err(io(&stats))?;
-        std::fs::rename(&stats, &figures).map_err(io(&figures))?;
+        atomic_file::write_bytes(&figures, text + "\n")?;
+        std::fs::remove_file(&stats).map_err(io(&stats))?;
         Ok(known)
     }
 }

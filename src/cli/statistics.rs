@@ -70,7 +70,7 @@ pub(super) fn collect(
 pub(super) fn write(stats: &Map<String, Value>, path: &Path) -> Result<()> {
     let text = serde_json::to_string_pretty(stats)
         .map_err(|e| Error::Render(format!("statistics: {e}")))?;
-    std::fs::write(path, text + "\n").map_err(|source| Error::Io { path: path.into(), source })
+    crate::atomic_file::write_bytes(path, text + "\n")
 }
 
 #[cfg(test)]

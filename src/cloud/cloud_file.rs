@@ -13,176 +13,141 @@
 //! positive, are errors that name the element. A file takes 28 bytes an element and 12 a channel,
 //! and is streamed in both directions.
 
-use std::fs::File;
-use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
 use glam::Vec3;
 
-use super::ply_header::{Property, header};
 use super::{Channel, Cloud};
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::ply::{self, Columns, Element, Property, Reader};
 use crate::radiometry::Rgb;
 
 /// Writes a cloud with header comments (one line each).
 ///
 /// # Errors
-/// [`Error::Io`] when the system refuses.
+/// [`crate::error::Error::Io`] when the system refuses.
 pub fn write_cloud(path: &Path, cloud: &Cloud, comments: &[String]) -> Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    write(&part, cloud, comments).and_then(|()| std::fs::rename(&part, path)).map_err(|source| {
-        drop(std::fs::remove_file(&part));
-        Error::Io { path: path.into(), source }
+    let of_channel = |c: &Channel| ["r", "g", "b"].map(|suffix| format!("{}_{suffix}", c.name));
+    let columns = Columns::new("vertex")
+        .floats(["x", "y", "z", "nx", "ny", "nz", "_area"])
+        .bytes(["_one_sided"])
+        .floats(cloud.channels.iter().flat_map(of_channel))
+        .bytes(["red", "green", "blue"]);
+    let shown = cloud.channels.first().map(|c| c.values.as_slice());
+    let scale = shown.map_or(1.0, |v| ply::colour_scale(v.iter().copied()));
+    ply::write(path, comments, &[(columns, cloud.len())], |out| {
+        for i in 0..cloud.len() {
+            out.floats(cloud.p[i].to_array())?;
+            out.floats(cloud.n[i].to_array())?;
+            out.floats([cloud.area[i]])?;
+            out.bytes(&[u8::from(cloud.one_sided[i])])?;
+            for channel in &cloud.channels {
+                out.floats(channel.values[i].to_array())?;
+            }
+            out.bytes(
+                &shown.map_or(ply::colour(Rgb::splat(0.6), 1.0), |v| ply::colour(v[i], scale)),
+            )?;
+        }
+        Ok(())
     })
 }
 
-fn write(path: &Path, cloud: &Cloud, comments: &[String]) -> std::io::Result<()> {
-    let mut out = BufWriter::new(File::create(path)?);
-    write!(out, "ply\nformat binary_little_endian 1.0\n")?;
-    for line in comments.iter().flat_map(|c| c.lines()) {
-        writeln!(out, "comment {line}")?;
-    }
-    writeln!(out, "element vertex {}", cloud.len())?;
-    for name in ["x", "y", "z", "nx", "ny", "nz", "_area"] {
-        writeln!(out, "property float {name}")?;
-    }
-    writeln!(out, "property uchar _one_sided")?;
-    for channel in &cloud.channels {
-        for suffix in ["r", "g", "b"] {
-            writeln!(out, "property float {}_{suffix}", channel.name)?;
-        }
-    }
-    for name in ["red", "green", "blue"] {
-        writeln!(out, "property uchar {name}")?;
-    }
-    writeln!(out, "end_header")?;
-    let shown = cloud.channels.first().map(|c| c.values.as_slice());
-    let mean = shown.map_or(0.0, |v| {
-        v.iter().map(|c| f64::from(c.element_sum() / 3.0)).sum::<f64>() / v.len().max(1) as f64
-    });
-    let scale = if mean > 0.0 { (0.2 / mean) as f32 } else { 1.0 };
-    for i in 0..cloud.len() {
-        for value in
-            cloud.p[i].to_array().into_iter().chain(cloud.n[i].to_array()).chain([cloud.area[i]])
-        {
-            out.write_all(&value.to_le_bytes())?;
-        }
-        out.write_all(&[u8::from(cloud.one_sided[i])])?;
-        for channel in &cloud.channels {
-            for value in channel.values[i].to_array() {
-                out.write_all(&value.to_le_bytes())?;
-            }
-        }
-        let colour = shown.map_or(Rgb::splat(0.6), |v| v[i] * scale);
-        out.write_all(
-            &colour.to_array().map(|v| (v.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0 + 0.5) as u8),
-        )?;
-    }
-    out.into_inner().map_err(std::io::IntoInnerError::into_error)?.sync_all()
+/// Where the numbers of an element stand in a row.
+struct Places<'a> {
+    position: [&'a Property; 3],
+    normal: [&'a Property; 3],
+    /// Area, or the radius when that is what the file has.
+    size: &'a Property,
+    is_radius: bool,
+    one_sided: Option<&'a Property>,
+    channels: Vec<(&'a str, [&'a Property; 3])>,
 }
 
-/// Reads a cloud.
-///
-/// # Errors
-/// [`Error::Io`] when the file cannot be opened or read, [`Error::Input`] when it is no such file,
-/// cut short or holds impossible values.
-pub fn read_cloud(path: &Path) -> Result<Cloud> {
-    let io = |source| Error::Io { path: path.into(), source };
-    let bad = |line: Option<usize>, message: String| Error::input(path, line, message);
-    let file = File::open(path).map_err(io)?;
-    let length = file.metadata().map_err(io)?.len();
-    let mut input = BufReader::with_capacity(1 << 20, file);
-    let header = header(&mut input).map_err(|(line, message)| bad(line, message))?;
-    if header.row as u64 * header.count as u64 > length {
-        return Err(bad(
-            None,
-            format!(
-                "is cut short: {} elements of {} B do not fit {length} B",
-                header.count, header.row
-            ),
-        ));
-    }
-    let find = |name: &str| header.properties.iter().find(|p| p.name == name);
-    let need = |name: &str| {
-        find(name)
-            .ok_or_else(|| bad(None, format!("has no property \"{name}\"; bake the cloud again")))
-    };
-    let place = [need("x")?, need("y")?, need("z")?];
-    let normal = [need("nx")?, need("ny")?, need("nz")?];
-    let (area, is_radius) = match (find("_area"), find("radius")) {
-        (Some(p), _) => (p, false),
-        (None, Some(p)) => (p, true),
-        _ => {
-            return Err(bad(
-                None,
-                "has no property \"_area\" (nor \"radius\"); bake the cloud again".into(),
-            ));
-        }
-    };
-    let one_sided = find("_one_sided");
-    let channels: Vec<(&str, [&Property; 3])> = header
-        .properties
-        .iter()
-        .filter_map(|p| {
-            let name = p.name.strip_suffix("_r")?;
-            Some((name, [p, find(&format!("{name}_g"))?, find(&format!("{name}_b"))?]))
-        })
-        .collect();
-    let mut cloud = Cloud {
-        p: Vec::with_capacity(header.count),
-        n: Vec::with_capacity(header.count),
-        area: Vec::with_capacity(header.count),
-        one_sided: Vec::with_capacity(header.count),
-        channels: channels
-            .iter()
-            .map(|(name, _)| Channel {
-                name: (*name).into(),
-                values: Vec::with_capacity(header.count),
-            })
-            .collect(),
-    };
-    let mut row = vec![0u8; header.row];
-    let triple = |row: &[u8], of: &[&Property; 3]| Vec3::from_array(of.map(|p| p.read(row)));
-    for i in 0..header.count {
-        input.read_exact(&mut row).map_err(|e| {
-            if e.kind() == std::io::ErrorKind::UnexpectedEof {
-                bad(None, "is cut short".into())
-            } else {
-                io(e)
+impl<'a> Places<'a> {
+    fn find(points: &'a Element) -> std::result::Result<Self, String> {
+        let need = |name: &str| {
+            let missing = || format!("has no property \"{name}\"; bake the cloud again");
+            points.property(name).ok_or_else(missing)
+        };
+        let position = [need("x")?, need("y")?, need("z")?];
+        let normal = [need("nx")?, need("ny")?, need("nz")?];
+        let (size, is_radius) = match (points.property("_area"), points.property("radius")) {
+            (Some(p), _) => (p, false),
+            (None, Some(p)) => (p, true),
+            _ => {
+                let missing = "has no property \"_area\" (nor \"radius\"); bake the cloud again";
+                return Err(missing.into());
             }
-        })?;
-        let (p, n, size) = (triple(&row, &place), triple(&row, &normal), area.read(&row));
-        let size = if is_radius { std::f32::consts::PI * size * size } else { size };
+        };
+        let channel = |p: &'a Property| {
+            let name = p.name.strip_suffix("_r")?;
+            let other = |suffix: &str| points.property(&format!("{name}_{suffix}"));
+            Some((name, [p, other("g")?, other("b")?]))
+        };
+        Ok(Self {
+            position,
+            normal,
+            size,
+            is_radius,
+            one_sided: points.property("_one_sided"),
+            channels: points.properties.iter().filter_map(channel).collect(),
+        })
+    }
+
+    /// Adds the element of a row, or says what is wrong with it.
+    fn add(&self, row: &[u8], cloud: &mut Cloud) -> std::result::Result<(), String> {
+        let triple = |of: &[&Property; 3]| Vec3::from_array(of.map(|p| p.read(row)));
+        let (p, n, size) = (triple(&self.position), triple(&self.normal), self.size.read(row));
+        let size = if self.is_radius { std::f32::consts::PI * size * size } else { size };
         if !(p.is_finite() && size.is_finite() && size > 0.0) {
-            return Err(bad(
-                None,
-                format!(
-                    "element {i} (counted from 0) has position {p} and area {size}: \
-                     both must be finite, and the area positive"
-                ),
+            return Err(format!(
+                " has position {p} and area {size}: both must be finite, and the area positive"
             ));
         }
         // A unit normal keeps its bits.
         let n = if (n.length_squared() - 1.0).abs() < 1e-4 { n } else { n.normalize_or_zero() };
         if n == Vec3::ZERO || !n.is_finite() {
-            return Err(bad(None, format!("element {i} (counted from 0) has no normal")));
+            return Err(" has no normal".into());
         }
         cloud.p.push(p);
         cloud.n.push(n);
         cloud.area.push(size);
-        cloud.one_sided.push(one_sided.is_some_and(|p| p.read(&row) != 0.0));
-        for ((name, of), channel) in channels.iter().zip(&mut cloud.channels) {
-            let value = triple(&row, of);
+        cloud.one_sided.push(self.one_sided.is_some_and(|p| p.read(row) != 0.0));
+        for ((name, of), channel) in self.channels.iter().zip(&mut cloud.channels) {
+            let value = triple(of);
             if !value.is_finite() {
-                return Err(bad(
-                    None,
-                    format!("element {i} (counted from 0): \"{name}\" is not finite"),
-                ));
+                return Err(format!(": \"{name}\" is not finite"));
             }
             channel.values.push(value);
         }
+        Ok(())
+    }
+}
+
+/// Reads a cloud.
+///
+/// # Errors
+/// [`crate::error::Error::Io`] when the file cannot be opened or read, [`crate::error::Error::Input`] when it is no such file,
+/// cut short or holds impossible values.
+pub fn read_cloud(path: &Path) -> Result<Cloud> {
+    let mut reader = Reader::open(path)?;
+    let points = reader.points()?;
+    let places = Places::find(&points).map_err(|message| reader.fault(message))?;
+    let count = points.count;
+    let channel = |name: &str| Channel { name: name.into(), values: Vec::with_capacity(count) };
+    let mut cloud = Cloud {
+        p: Vec::with_capacity(count),
+        n: Vec::with_capacity(count),
+        area: Vec::with_capacity(count),
+        one_sided: Vec::with_capacity(count),
+        channels: places.channels.iter().map(|(name, _)| channel(name)).collect(),
+    };
+    let mut row = vec![0u8; points.row];
+    for i in 0..count {
+        reader.row(&mut row)?;
+        places
+            .add(&row, &mut cloud)
+            .map_err(|m| reader.fault(format!("element {i} (counted from 0){m}")))?;
     }
     Ok(cloud)
 }

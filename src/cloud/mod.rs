@@ -38,7 +38,6 @@ mod hierarchy;
 mod interpolate;
 mod pack;
 mod plain_sum;
-pub(crate) mod ply_header;
 mod radiosity;
 mod raster;
 mod settings;

@@ -7,8 +7,8 @@
 mod exr;
 mod png;
 
-pub(crate) use exr::atomically;
 pub use exr::{Precision, read_exr, write_exr};
+pub(crate) use png::write_png_bytes;
 pub use png::{srgb8, write_png, write_png_rgb};
 
 use std::collections::BTreeMap;

@@ -11,7 +11,6 @@ pub mod local_correction;
 pub mod locations;
 pub mod path;
 pub mod photon_map;
-pub mod ply;
 pub mod point_based;
 pub mod stage;
 

@@ -23,9 +23,9 @@ use super::cluster::Clusters;
 use super::{DecomposeSettings, Prepared};
 use crate::error::{Error, Result};
 use crate::method::key::Key;
-use crate::method::ply::{self, Columns, Rows};
 use crate::method::stage::Inputs;
 use crate::photon::{CellRadiosity, Estimate};
+use crate::ply::{self, Columns, Rows};
 use crate::radiometry::Rgb;
 use crate::scene::Fingerprint;
 use crate::sh::ShRgb;
@@ -112,8 +112,8 @@ fn columns(bands: u32) -> [Columns; 2] {
     cell.extend(of("indirect"));
     cell.push("coverage".into());
     [
-        Columns { element: "vertex", floats: vertex, bytes: vec!["red", "green", "blue"] },
-        Columns { element: "cell", floats: cell, bytes: vec!["gathered"] },
+        Columns::new("vertex").floats(vertex).bytes(["red", "green", "blue"]),
+        Columns::new("cell").floats(cell).bytes(["gathered"]),
     ]
 }
 
@@ -171,7 +171,7 @@ pub fn load(
         )
     };
     let mut known = Known::default();
-    for (i, (v, _)) in rows[0].iter(columns[0].floats.len(), 3).enumerate() {
+    for (i, (v, _)) in rows[0].iter(&columns[0]).enumerate() {
         let normal = Vec3::from_slice(&v[3..]);
         if !v.iter().all(|x| x.is_finite()) || (normal.length() - 1.0).abs() > 1e-3 || v[6] < 0.0 {
             return Err(damaged("cluster", i));
@@ -191,7 +191,7 @@ pub fn load(
         known.clusters.scale.clear();
     }
     let (r, gather) = (&mut known.radiosity, inputs.photon.estimate == Estimate::Gather);
-    for (i, (v, flags)) in rows[1].iter(columns[1].floats.len(), 1).enumerate() {
+    for (i, (v, flags)) in rows[1].iter(&columns[1]).enumerate() {
         if !v.iter().all(|x| x.is_finite() && *x >= 0.0) || flags[0] > 3 {
             return Err(damaged("cell", i));
         }

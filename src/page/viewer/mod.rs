@@ -31,7 +31,7 @@ use glam::Vec3;
 use serde_json::json;
 
 use crate::cloud::{Cloud, Hierarchy, HitSides};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use pack::column;
 pub use table::Table;
 
@@ -47,7 +47,7 @@ const PROGRAM: [&str; 4] = [
 /// The page of a table. Call inside the thread pool.
 ///
 /// # Errors
-/// [`Error::Render`] for tables without elements or with more than 2³⁰.
+/// [`crate::error::Error::Render`] for tables without elements or with more than 2³⁰.
 pub fn page(table: &Table, title: &str) -> Result<String> {
     let (cloud, sized) = cloud(table);
     let tree = Hierarchy::new(&cloud, HitSides::Both)?;
@@ -60,7 +60,7 @@ pub fn page(table: &Table, title: &str) -> Result<String> {
             data.push_str("</script>\n");
         };
     for c in table.columns() {
-        add(&mut columns, c.name, c.kind.name(), &table.sorted(&c, tree.order()), c.kind.size());
+        add(&mut columns, c.name, c.type_code(), &table.sorted(&c, tree.order()), c.kind.size());
     }
     let index: Vec<u8> = tree.order().iter().flat_map(|i| i.to_le_bytes()).collect();
     add(&mut columns, "", "u4", &index, 4);
@@ -141,14 +141,7 @@ fn cloud(table: &Table) -> (Cloud, bool) {
 /// Writes the page of a table, whole or not at all.
 ///
 /// # Errors
-/// As [`page`], and [`Error::Io`] when the system refuses.
+/// As [`page`], and [`crate::error::Error::Io`] when the system refuses.
 pub fn write_page(table: &Table, title: &str, path: &std::path::Path) -> Result<()> {
-    let page = page(table, title)?;
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    std::fs::write(&part, page).and_then(|()| std::fs::rename(&part, path)).map_err(|source| {
-        drop(std::fs::remove_file(&part));
-        Error::Io { path: path.into(), source }
-    })
+    crate::atomic_file::write_bytes(path, page(table, title)?)
 }
