@@ -158,7 +158,7 @@ fn direct(
                 {
                     return lit;
                 }
-                let sobol = Sobol::new(seed, Stream::Points, i as u64);
+                let sobol = Sobol::new(seed, Stream::Element, i as u64);
                 let mut count = 0;
                 for s in 0..samples {
                     let b = piece.at(sobol.sample_2d(s, 0));

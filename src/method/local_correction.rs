@@ -134,7 +134,7 @@ fn near_surfaces(
                 let b = piece.at(Vec2::splat(0.5));
                 let s = geometry.surface(piece.triangle, b.x, b.y);
                 let sobol =
-                    Sobol::new(seed, Stream::Points, 2 * u64::from(i) + u64::from(sign < 0.0));
+                    Sobol::new(seed, Stream::Element, 2 * u64::from(i) + u64::from(sign < 0.0));
                 let lights = unshadowed(
                     world,
                     s.p,

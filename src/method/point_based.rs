@@ -36,7 +36,7 @@ pub fn receivers(points: &ShadingPoints, settings: &PointsSettings, seed: u64) -
             let mut p = points.p[i];
             if settings.samplebase > 0.0 {
                 let frame = Frame::from_normal(points.ng[i]);
-                let u = Sobol::new(seed, Stream::Points, i as u64).sample_2d(0, 8);
+                let u = Sobol::new(seed, Stream::Receiver, i as u64).sample_2d(0, 8);
                 let shift = sample_disc(u) * (0.5 * settings.samplebase * points.footprint[i]);
                 p += frame.s * shift.x + frame.t * shift.y;
             }

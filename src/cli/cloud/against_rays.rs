@@ -81,7 +81,7 @@ fn equal_rays(
             &layers.samples.points,
             &job.config.points,
             rays,
-            job.config.seed + 1,
+            job.config.seed.wrapping_add(1),
             &job.run,
         )?;
         let seconds = start.elapsed().as_secs_f64();
