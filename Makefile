@@ -1,6 +1,7 @@
 # nearfar: everything that is done often. Needs make, bash and cargo; ./setup brings the rest.
 #   make render   a fresh machine to a picture: scenes/cornell-box by the three-pass method, compared with its ground truth
 #   make test     the whole test suite, on Embree and without it (installs Chromium for the pages' tests)
+#   make install  the program in PREFIX/bin (/usr/local), and beside it the Embree of a private prefix, so that the checkout can go
 #   make bench    ray backends and methods, measured
 #   make peers    the methods beside Mitsuba 3 with and without a denoiser; SCENE=scene.toml REFERENCE=truth.exr PEERS="--size 640x360"
 #   make reference, make readme   the Cornell box's ground truth, and the README's pictures and numbers, made again
@@ -8,13 +9,15 @@
 #   make lint     formatting, clippy and documentation, without warnings
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
-.PHONY: render test test-embree test-bvh bench peers lint setup setup-test reference readme gallery
+.PHONY: render install test test-embree test-bvh bench peers lint setup setup-test reference readme gallery
 .DEFAULT_GOAL := render
 
 CARGO ?= cargo
 SCENE := scenes/cornell-box/cornell-box.toml
 REFERENCE := scenes/cornell-box/cornell-box.exr
 OUT := out/cornell-box.exr
+PREFIX ?= /usr/local
+PROGRAM := target/release/nearfar
 
 setup:
 	@./setup
@@ -32,6 +35,13 @@ render: setup
 	@echo "error against the ground truth $(REFERENCE):"
 	@target/release/nearfar compare $(OUT) $(REFERENCE)
 
+install: setup
+	@$(CARGO) build --release
+	@install -D $(PROGRAM) $(DESTDIR)$(PREFIX)/bin/nearfar
+	@ldd $(PROGRAM) | awk '$$1 ~ /^lib(embree4|tbb)/ && $$3 !~ /^\/(usr\/)?lib/ { print $$3 }' | while read -r library; do \
+	  install -D -m 644 "$$library" "$(DESTDIR)$(PREFIX)/lib/nearfar/$${library##*/}"; done
+	@echo "installed: $(DESTDIR)$(PREFIX)/bin/nearfar"
+
 test: test-embree test-bvh
 
 test-embree: setup-test
@@ -39,7 +49,7 @@ test-embree: setup-test
 
 # The same suite without Embree. A folder of its own, so that the two builds do not undo each other.
 test-bvh: setup-test
-	$(CARGO) test --release --no-default-features --target-dir target/bvh
+	$(CARGO) test --release --no-default-features --features cli --target-dir target/bvh
 
 reference: setup
 	@$(CARGO) build --release
@@ -65,5 +75,7 @@ peers: setup
 lint: setup
 	$(CARGO) fmt --check
 	$(CARGO) clippy --release --all-targets -- -D warnings
-	$(CARGO) clippy --release --all-targets --no-default-features --target-dir target/bvh -- -D warnings
+	$(CARGO) clippy --release --all-targets --no-default-features --features cli --target-dir target/bvh -- -D warnings
+	$(CARGO) check --release --no-default-features --target-dir target/bvh
+	$(CARGO) check --release --no-default-features --features embree
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --no-deps

@@ -4,6 +4,10 @@
 //! Embree is looked for in `EMBREE_DIR`, then in `.embree/` (made by `./setup` on systems without a
 //! package), then where the system has it. Without the feature `embree`, and on docs.rs, nothing is
 //! done.
+//!
+//! A program linked to a library outside of the system's folders looks for it beside itself first,
+//! in `../lib/nearfar` and `../lib` (where `make install` and packagers put it), then where it was
+//! at the build.
 
 #[cfg(feature = "embree")]
 mod embree {
@@ -56,7 +60,11 @@ mod embree {
         let config = include.join("embree4/rtcore_config.h");
         println!("cargo:rerun-if-changed={}", config.display());
         let text = fs::read_to_string(&config).unwrap_or_else(|e| {
-            panic!("{}: {e}. Run ./setup, set EMBREE_DIR to a prefix of Embree 4.3 or later, or build with --no-default-features", config.display())
+            panic!(
+                "{}: {e}. Run ./setup, set EMBREE_DIR to a prefix of Embree 4.3 or later, or build \
+                 with --no-default-features --features cli",
+                config.display()
+            )
         });
         let number = |name: &str| {
             let line = text.lines().find(|l| l.starts_with(&format!("#define {name} ")));
@@ -86,16 +94,19 @@ mod embree {
             .extra_warnings(true)
             .compile("nearfar_embree_shim");
         let out = PathBuf::from(env::var_os("OUT_DIR").expect("set by cargo"));
-        bindgen::Builder::default()
+        let bindings = bindgen::Builder::default()
             .header("ffi/embree_shim.h")
             .allowlist_function("nf_.*")
             .allowlist_type("Nf.*")
             .allowlist_var("NF_.*")
             .use_core()
+            .layout_tests(false)
             .generate()
             .expect("bindgen reads ffi/embree_shim.h")
-            .write_to_file(out.join("embree_shim.rs"))
-            .expect("OUT_DIR can be written");
+            .to_string()
+            // This bindgen is older than edition 2024.
+            .replace("extern \"C\" {", "unsafe extern \"C\" {");
+        fs::write(out.join("embree_shim.rs"), bindings).expect("OUT_DIR can be written");
         let lib = embree.lib.map(|l| fs::canonicalize(&l).unwrap_or(l));
         if let Some(lib) = &lib {
             // Cargo adds folders under its own output to the library path of what it runs
@@ -113,7 +124,14 @@ mod embree {
             }
             println!("cargo:rustc-link-search=native={}", out.display());
             println!("cargo:rustc-link-search=native={}", lib.display());
-            println!("cargo:rustc-link-arg=-Wl,-rpath,{}", lib.display());
+            let own = match env::var("CARGO_CFG_TARGET_OS").as_deref() {
+                Ok("macos") => "@loader_path",
+                _ => "$ORIGIN",
+            };
+            let places = [format!("{own}/../lib/nearfar"), format!("{own}/../lib")];
+            for place in places.into_iter().chain([lib.display().to_string()]) {
+                println!("cargo:rustc-link-arg=-Wl,-rpath,{place}");
+            }
         }
         println!("cargo:rustc-link-lib=embree4");
         println!("cargo:rustc-env=NEARFAR_EMBREE_INCLUDE={}", include.display());

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! picture = emission + D(direct + indirect)              Parts::Together
-//! picture = emission + D(direct) + D(indirect)           Parts::Apart        D guided by albedo and shading normal
+//! picture = emission + D(direct) + D(indirect)  Parts::Apart; D guided by albedo, normal
 //! ```
 //! What the camera sees directly has no noise and stays sharp. A film without these layers is
 //! denoised as a whole.
@@ -21,23 +21,22 @@
 //!         0.0042, 0.0030, which is why it is off beside a denoiser.
 //! Cost    see [`crate::ffi::oidn`]; two filters with parts apart. Phase `denoise`.
 
-use serde::{Deserialize, Serialize};
-
 use crate::error::Result;
 use crate::ffi::oidn::{Denoiser, Input};
-use crate::film::Film;
+use crate::film::{Film, Layer};
 use crate::radiometry::Rgb;
 use crate::run::Run;
+use crate::settings::choices;
 
-/// What removes noise from the finished picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "lowercase")]
-pub enum Denoise {
-    /// Nothing.
-    #[default]
-    None,
-    /// Open Image Denoise 2, where the system or NEARFAR_OIDN has it.
-    Oidn,
+choices! {
+    /// What removes noise from the finished picture.
+    #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+    pub enum Denoise default None {
+        /// Nothing.
+        None = "none",
+        /// Open Image Denoise 2, where the system or NEARFAR_OIDN has it.
+        Oidn = "oidn",
+    }
 }
 
 impl Denoise {
@@ -53,6 +52,9 @@ impl Denoise {
         }
     }
 }
+
+/// The beauty before it was denoised; layers that describe it stand under this name too.
+pub const NOISY: Layer = Layer::rgb("noisy", "the picture before it was denoised, W/(sr m²)");
 
 /// What goes through the denoiser at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,7 +106,7 @@ pub fn denoise(film: &mut Film, denoiser: &Denoiser, parts: Parts, run: &Run) ->
             film.set(&format!("noisy.{name}"), values);
         }
     }
-    film.set_rgb("noisy", &noisy);
+    film.set_rgb(NOISY.name, &noisy);
     film.set_rgb("", &beauty);
     Ok(())
 }

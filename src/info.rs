@@ -10,9 +10,9 @@ use glam::Vec3;
 use serde::Serialize;
 
 use crate::load::Loaded;
-use crate::math::Ray;
 use crate::method::decompose::DecomposeSettings;
 use crate::radiometry::{MAX_ALBEDO, Rgb, luminance};
+use crate::render::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::scene::{Environment, Light, Scene};
 use crate::shading::World;
 use crate::tessellate::{Geometry, analyze_topology};
@@ -141,32 +141,6 @@ pub fn scene_info(loaded: &Loaded, world: &World) -> SceneInfo {
     }
 }
 
-/// What to tell when [`camera_inside_wall`].
-pub const CAMERA_INSIDE_WALL: &str =
-    "the camera is inside a wall: nearly all it sees are backs of closed parts; move camera.eye";
-
-/// True when the camera stands inside a closed solid: nine of ten rays around it first meet the
-/// back of one. Costs 64 rays, and the topology only where most of them meet backs.
-pub fn camera_inside_wall(world: &World) -> bool {
-    const RAYS: usize = 64;
-    let met = (0..RAYS).filter_map(|i| {
-        // Fibonacci directions.
-        let z = 1.0 - (2.0 * i as f32 + 1.0) / RAYS as f32;
-        let (s, c) = (2.399_963_2 * i as f32).sin_cos();
-        let r = (1.0 - z * z).sqrt();
-        let ray = Ray::new(world.camera.eye, Vec3::new(r * c, r * s, z));
-        let triangle = world.rays.closest(&ray)?.triangle as usize;
-        (world.geometry.face_normals[triangle].dot(ray.dir) > 0.0).then_some(triangle)
-    });
-    let backs: Vec<usize> = met.collect();
-    let most = |count: usize| count * 10 >= RAYS * 9;
-    if !most(backs.len()) {
-        return false;
-    }
-    let closed = analyze_topology(&world.geometry).closed_of_triangle;
-    most(backs.iter().filter(|&&t| closed[t]).count())
-}
-
 fn inverted_normals(g: &Geometry) -> usize {
     let against = |(t, n): (&[u32; 3], &Vec3)| {
         t.iter().map(|&i| g.normals[i as usize]).sum::<Vec3>().dot(*n) < 0.0
@@ -269,7 +243,8 @@ impl std::fmt::Display for SceneInfo {
         let [least, low, median, high, most] = self.edges.map(|e| e / self.diagonal);
         writeln!(
             f,
-            "edges       {least:.2e} shortest, {low:.2e} 10 %, {median:.2e} median, {high:.2e} 90 %, {most:.2e} longest (of the diagonal)"
+            "edges       {least:.2e} shortest, {low:.2e} 10 %, {median:.2e} median, {high:.2e} 90 \
+             %, {most:.2e} longest (of the diagonal)"
         )?;
         writeln!(
             f,

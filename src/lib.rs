@@ -4,32 +4,33 @@
 //! to one owned output:
 //!
 //! ```text
-//! files → Scene → Geometry → RayQuery → PhotonMap → Cells → ShadingPoints → Clusters → Film → files
+//! files → Scene → Geometry → RayQuery → PhotonMap → Cells → ShadingPoints → Clusters → Film
 //!         load    tessellate  accel      photon    tessellate  method::decompose ───────→ film
 //! ```
 //!
 //! | Room (rank) | In → out |
 //! |---|---|
 //! | [`error`], [`run`] (0) | failures with file, line and fix; progress, cancel, warnings, threads |
+//! | [`settings`], [`length`] (1) | how a room declares what it can be told; a length in settings |
 //! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
 //! | [`atomic_file`] (1) | files that are written whole or not at all |
-//! | [`ffi`] (1) | the borders to C, the only folder with unsafe code: Embree, Open Image Denoise |
+//! | [`ffi`] (1) | the only folder with unsafe code: Embree, Open Image Denoise, vectors |
 //! | [`ply`] (2) | columns of numbers to and from PLY files |
 //! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures |
 //! | [`builtin`] (3) | scenes made by code: names and parameters → meshes and materials |
-//! | [`load`] (3) | OBJ/MTL, cages, curves, scene TOML, images → [`scene::Scene`], whose surfaces are triangles |
-//! | [`tessellate`] (3) | cages and curves → meshes; `Scene` → [`tessellate::Geometry`] (world-space triangles) → [`tessellate::Cells`] (small pieces for the near sum) |
+//! | [`load`] (3) | OBJ/MTL, cages, curves, scene TOML, images → [`scene::Scene`] of triangles |
+//! | [`tessellate`] (3) | cages, curves → [`tessellate::Geometry`] → [`tessellate::Cells`] |
 //! | [`accel`] (4) | `Geometry` → [`accel::RayQuery`]: Embree, pure-Rust BVH, brute force |
 //! | [`shading`] (5) | hit → surface; lights, direct light; [`shading::World`] |
 //! | [`photon`] (6) | `World` → `PhotonMap` → radiosity of cells: the proxy |
 //! | [`film`] (6) | layers → EXR, PNG |
 //! | [`denoise`] (6) | the finished picture denoised, by a library opened at run time |
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
-//! | [`cloud`] (6) | `Geometry` → `Cloud` of discs → hierarchy → occlusion and irradiance without rays |
-//! | [`method`] (7) | path (ground truth), decompose (the three passes), cache (the opponent), gather, point-based, local-correction, direct, photon-map, converge: siblings |
+//! | [`cloud`] (6) | `Geometry` → `Cloud` of discs → occlusion and irradiance without rays |
+//! | [`method`] (7) | path (ground truth), decompose (the three passes), cache, …: siblings |
 //! | [`compare`] (7) | a picture and its reference → errors, by octave of size too; FLIP; flicker |
 //! | [`bench`] (8) | backends, methods and the parts of an error, measured side by side |
-//! | [`page`], [`export`], [`info`] (8) | HTML pages; scenes for other renderers; what a scene holds |
+//! | [`page`], [`export`], [`info`] (8) | HTML pages; files for others; what a scene holds |
 //! | [`config`], [`cli`] (8–9) | settings, the command line |
 //!
 //! Imports go from higher rank to lower; `tests/architecture.rs` checks it.
@@ -66,6 +67,7 @@ pub mod accel;
 pub mod atomic_file;
 pub mod bench;
 pub mod builtin;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod cloud;
 pub mod compare;
@@ -76,17 +78,29 @@ pub mod export;
 pub mod ffi;
 pub mod film;
 pub mod info;
+pub mod length;
 pub mod load;
 pub mod math;
 pub mod method;
 pub mod page;
 pub mod photon;
 pub mod ply;
+pub mod process;
 pub mod radiometry;
 pub mod record;
+pub mod render;
 pub mod run;
 pub mod sampling;
 pub mod scene;
+pub mod settings;
 pub mod sh;
 pub mod shading;
 pub mod tessellate;
+
+pub use config::RenderConfig;
+pub use error::{Error, Result};
+pub use load::load;
+pub use method::Method;
+pub use render::{Rendered, Renderer, render};
+pub use run::Run;
+pub use scene::Scene;

@@ -19,6 +19,8 @@ pub trait Reporter: Send + Sync + std::fmt::Debug {
     fn advance(&self, steps: u64);
     /// The phase is over.
     fn end(&self);
+    /// Something is odd about the input; told once, as soon as it is known.
+    fn warn(&self, text: &str);
 }
 
 #[derive(Debug)]
@@ -27,6 +29,7 @@ impl Reporter for Silent {
     fn begin(&self, _: &str, _: u64) {}
     fn advance(&self, _: u64) {}
     fn end(&self) {}
+    fn warn(&self, _: &str) {}
 }
 
 /// What a ray was shot for.
@@ -42,6 +45,17 @@ pub enum RayKind {
     Sample,
     /// Near visibility tests.
     Visibility,
+}
+
+impl RayKind {
+    /// All kinds with their names in the statistics.
+    pub const ALL: [(Self, &'static str); 5] = [
+        (Self::Primary, "primary"),
+        (Self::Shadow, "shadow"),
+        (Self::Photon, "photon"),
+        (Self::Sample, "sample"),
+        (Self::Visibility, "visibility"),
+    ];
 }
 
 /// Rays shot, by kind.
@@ -69,6 +83,8 @@ pub struct Run {
     seconds: Mutex<Vec<(String, f64)>>,
     /// Rays shot so far.
     pub rays: RayCounts,
+    /// When the run began.
+    pub started: Instant,
     /// When a progressive method should stop.
     pub deadline: Option<Instant>,
 }
@@ -90,6 +106,7 @@ impl Run {
             warnings: Mutex::default(),
             seconds: Mutex::default(),
             rays: RayCounts::default(),
+            started: Instant::now(),
             deadline: None,
         })
     }
@@ -133,11 +150,12 @@ impl Run {
         Phase { run: self, name, start: Instant::now() }
     }
 
-    /// Records a warning once (equal texts are kept once).
+    /// Records and reports a warning (equal texts once).
     pub fn warn(&self, text: impl Into<String>) {
         let text = text.into();
         let mut list = self.warnings.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if !list.contains(&text) {
+            self.reporter.warn(&text);
             list.push(text);
         }
     }

@@ -1,13 +1,17 @@
 //! The house rules of `src/lib.rs`, read off the source text.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use crate::support::source::{Function, functions, imports, module, sources, without_literals};
 
 /// Rooms that may be imported by rooms of the same or a higher rank.
 const RANKS: &[(&str, u32)] = &[
     ("error", 0),
     ("run", 0),
     ("atomic_file", 1),
+    ("settings", 1),
+    ("length", 1),
     ("ffi", 1),
     ("math", 1),
     ("sampling", 1),
@@ -35,142 +39,149 @@ const RANKS: &[(&str, u32)] = &[
     ("cli", 9),
 ];
 
+/// What the methods share: files of `src/method` that are no methods.
+const SHARED_BY_METHODS: &[&str] = &["key", "locations", "stage", "statistics"];
+
 const LONGEST_FILE: usize = 600;
+const LONGEST_LINE: usize = 100;
+/// Most arguments of a function, and how many functions may have more, each with its reason in an
+/// `#[expect(clippy::too_many_arguments)]`.
+const MOST_ARGUMENTS: usize = 7;
+const EXCEPTIONS: usize = 3;
 
 fn rank(room: &str) -> Option<u32> {
     RANKS.iter().find(|(name, _)| *name == room).map(|(_, rank)| *rank)
 }
 
-/// Every source file under `folder`: path below the repository, text.
-fn sources(folder: &str) -> Vec<(String, String)> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let (mut open, mut found): (Vec<PathBuf>, Vec<_>) = (vec![root.join(folder)], Vec::new());
-    while let Some(dir) = open.pop() {
-        for entry in fs::read_dir(dir).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.extension().is_some_and(|e| e == "rs") {
-                let name = path.strip_prefix(root).unwrap().to_string_lossy().into_owned();
-                found.push((name, fs::read_to_string(&path).unwrap()));
-            }
-        }
-    }
-    found.sort();
-    found
-}
-
-/// Lines with their numbers, without comments, up to the unit tests at the end of the file.
-fn code(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    text.lines()
-        .enumerate()
-        .take_while(|(_, line)| *line != "#[cfg(test)]")
-        .map(|(i, line)| (i + 1, line.split("//").next().unwrap_or_default()))
-}
-
 /// The room of a file: `src/accel/bvh.rs` → `accel`, `src/run.rs` → `run`; none for `lib.rs` and
 /// `main.rs`.
-fn room(file: &str) -> Option<&str> {
-    let name = file.strip_prefix("src/")?.split('/').next()?.trim_end_matches(".rs");
-    (name != "lib" && name != "main").then_some(name)
+fn room(file: &str) -> Option<String> {
+    module(file).into_iter().next()
 }
 
-/// First path segments after `crate::` in a line, braces opened.
-fn imports(line: &str) -> Vec<&str> {
-    line.match_indices("crate::")
-        .flat_map(|(at, found)| {
-            let rest = &line[at + found.len()..];
-            let word =
-                |s: &str| s.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(s.len());
-            match rest.strip_prefix('{') {
-                Some(list) => {
-                    split_top(list).into_iter().map(|s| &s[..word(s)]).collect::<Vec<_>>()
-                }
-                None => vec![&rest[..word(rest)]],
+/// Every import of a room by another: place, from, to.
+fn between_rooms() -> Vec<(String, String, String)> {
+    let mut found = Vec::new();
+    for source in sources("src") {
+        let Some(from) = room(&source.file) else { continue };
+        for import in imports(&source.file, &source.code) {
+            if let Some(to) = import.path.first().filter(|to| **to != from && rank(to).is_some()) {
+                let place = format!("{}:{}", source.file, import.line);
+                found.push((place, from.clone(), to.clone()));
             }
-        })
-        .collect()
-}
-
-/// Comma-separated parts at the outermost level of a brace list.
-fn split_top(list: &str) -> Vec<&str> {
-    let (mut parts, mut level, mut start) = (Vec::new(), 0, 0);
-    for (i, c) in list.char_indices() {
-        match c {
-            '{' => level += 1,
-            '}' if level == 0 => {
-                parts.push(list[start..i].trim());
-                return parts;
-            }
-            '}' => level -= 1,
-            ',' if level == 0 => {
-                parts.push(list[start..i].trim());
-                start = i + 1;
-            }
-            _ => {}
         }
     }
-    parts.push(list[start..].trim());
-    parts
+    found
 }
 
 #[test]
 fn imports_are_found() {
-    assert_eq!(imports("use crate::math::{Hit, Ray};"), ["math"]);
-    assert_eq!(imports("use crate::{math::{Hit, Ray}, run::Run, cli};"), ["math", "run", "cli"]);
-    assert_eq!(imports("fn f(x: crate::error::Error) -> crate::film::Film {"), ["error", "film"]);
+    let found = |file: &str, code: &str| -> Vec<String> {
+        imports(file, &without_literals(code)).iter().map(|i| i.path.join("::")).collect()
+    };
+    assert_eq!(found("src/a/b.rs", "use crate::math::{Hit, Ray};"), ["math::Hit", "math::Ray"]);
+    assert_eq!(
+        found("src/a/b.rs", "use crate::{\n  math::{Hit, Ray as R},\n  run::Run,\n  cli,\n};"),
+        ["math::Hit", "math::Ray", "run::Run", "cli"]
+    );
+    assert_eq!(
+        found("src/a/b.rs", "fn f(x: crate::error::Error) -> crate::film::Film {"),
+        ["error::Error", "film::Film"]
+    );
+    assert_eq!(
+        found("src/a/b.rs", "use super::{self, c::{D, E}};"),
+        ["a::self", "a::c::D", "a::c::E"]
+    );
+    assert_eq!(found("src/a/b.rs", "super::super::run::Run"), ["run::Run"]);
+    assert_eq!(found("src/a/mod.rs", "use super::{math, run::Run};"), ["math", "run::Run"]);
+    assert_eq!(found("src/run.rs", "use super::cli::*;"), ["cli::*"]);
+    assert!(found("src/a/b.rs", "// crate::cli\nlet s = \"crate::cli\\\" crate::x\";").is_empty());
+    assert!(found("src/a/b.rs", "let r = r#\"\" crate::cli \"#; let c = '\"';").is_empty());
+    let line = imports("src/a.rs", "\n\nuse crate::b;")[0].line;
+    assert_eq!(line, 3);
+}
+
+#[test]
+fn arguments_are_counted() {
+    let counted = |code: &str| -> Vec<usize> {
+        functions(code).into_iter().map(|f: Function| f.arguments).collect()
+    };
+    assert_eq!(
+        counted("fn none() {}\nfn one(&self) {}\nfn two(\n    a: A,\n    b: B,\n) {}"),
+        [0, 1, 2]
+    );
+    assert_eq!(counted("fn f<F: Fn(A, B) -> C, const N: usize>(f: F, (a, b): (A, B)) {}"), [2]);
+    assert_eq!(counted("fn g(f: impl Fn(A, B) -> Vec<C, D>, x: [f32; 3], m: Map<K, V>) {}"), [3]);
 }
 
 #[test]
 fn imports_go_from_higher_rank_to_lower() {
-    let mut wrong = Vec::new();
-    for (file, text) in sources("src") {
-        let Some(room) = room(&file) else { continue };
-        let own = rank(room).unwrap_or_else(|| {
-            panic!("{file}: room \"{room}\" has no rank; add it to the list and to src/lib.rs")
-        });
-        for (line, text) in code(&text) {
-            for import in imports(text) {
-                if rank(import).is_some_and(|r| r > own) {
-                    wrong.push(format!("{file}:{line}: {room} ({own}) imports {import}"));
-                }
+    for source in sources("src") {
+        if let Some(room) = room(&source.file) {
+            let known = rank(&room).is_some();
+            assert!(
+                known,
+                "{}: room \"{room}\" has no rank: add it here and to src/lib.rs",
+                source.file
+            );
+        }
+    }
+    let wrong: Vec<_> = between_rooms()
+        .into_iter()
+        .filter(|(_, from, to)| rank(to) > rank(from))
+        .map(|(place, from, to)| format!("{place}: {from} imports {to}, which ranks higher"))
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Whether `to` can be reached from `from` along the edges.
+fn reaches(edges: &BTreeMap<String, BTreeSet<String>>, from: &str, to: &str) -> bool {
+    let (mut open, mut seen) = (vec![from], BTreeSet::new());
+    while let Some(at) = open.pop() {
+        for next in edges.get(at).into_iter().flatten() {
+            if next == to {
+                return true;
+            }
+            if seen.insert(next) {
+                open.push(next);
             }
         }
     }
+    false
+}
+
+#[test]
+fn rooms_of_equal_rank_do_not_import_in_circles() {
+    let equal: Vec<_> =
+        between_rooms().into_iter().filter(|(_, from, to)| rank(from) == rank(to)).collect();
+    let mut edges = BTreeMap::<_, BTreeSet<_>>::new();
+    for (_, from, to) in &equal {
+        edges.entry(from.clone()).or_default().insert(to.clone());
+    }
+    let wrong: Vec<_> = equal
+        .iter()
+        .filter(|(_, from, to)| reaches(&edges, to, from))
+        .map(|(place, from, to)| format!("{place}: {from} imports {to}, which leads back"))
+        .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
 fn methods_do_not_import_each_other() {
-    let methods = [
-        "path",
-        "decompose",
-        "cache",
-        "point_based",
-        "direct",
-        "gather",
-        "local_correction",
-        "photon_map",
-    ];
+    let files = sources("src/method");
+    let of = |path: &[String]| path.get(1).filter(|_| path[0] == "method").cloned();
+    let methods: BTreeSet<String> = files
+        .iter()
+        .filter_map(|s| of(&module(&s.file)))
+        .filter(|name| !SHARED_BY_METHODS.contains(&name.as_str()))
+        .collect();
+    assert!(methods.contains("converge") && methods.contains("path"), "{methods:?}");
     let mut wrong = Vec::new();
-    for (file, text) in sources("src/method") {
-        let own = file
-            .trim_start_matches("src/method/")
-            .split('/')
-            .next()
-            .unwrap_or_default()
-            .trim_end_matches(".rs")
-            .to_owned();
-        if !methods.contains(&own.as_str()) {
-            continue;
-        }
-        for (line, text) in code(&text) {
-            for other in methods.iter().filter(|m| **m != own) {
-                if text.contains(&format!("method::{other}"))
-                    || text.contains(&format!("super::{other}::")) && file.matches('/').count() == 2
-                {
-                    wrong.push(format!("{file}:{line}: {own} imports {other}"));
-                }
+    for source in &files {
+        let Some(own) = of(&module(&source.file)) else { continue };
+        for import in imports(&source.file, &source.code) {
+            if let Some(other) = of(&import.path).filter(|o| *o != own && methods.contains(o)) {
+                wrong.push(format!("{}:{}: {own} imports {other}", source.file, import.line));
             }
         }
     }
@@ -178,8 +189,61 @@ fn methods_do_not_import_each_other() {
 }
 
 #[test]
+fn every_test_file_is_compiled() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let main = std::fs::read_to_string(root.join("main.rs")).unwrap();
+    let mut lost = Vec::new();
+    for entry in std::fs::read_dir(root).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        if let Some(stem) = name.strip_suffix(".rs").filter(|s| *s != "main") {
+            let found = main.lines().any(|line| line == format!("mod {stem};"));
+            if !found {
+                lost.push(format!("tests/{name}: tests/main.rs has no \"mod {stem};\""));
+            }
+        }
+    }
+    assert!(lost.is_empty(), "{}", lost.join("\n"));
+}
+
+#[test]
+fn lines_are_short() {
+    let build = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/build.rs")).unwrap();
+    let mut texts = vec![("build.rs".to_owned(), build)];
+    for folder in ["src", "tests", "examples"] {
+        texts.extend(sources(folder).into_iter().map(|s| (s.file, s.text)));
+    }
+    let mut wrong = Vec::new();
+    for (file, text) in &texts {
+        for (i, line) in text.lines().enumerate() {
+            let columns = line.chars().count();
+            if columns > LONGEST_LINE {
+                wrong.push(format!("{file}:{}: {columns} columns", i + 1));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn functions_take_few_arguments() {
+    let mut long = Vec::new();
+    for folder in ["src", "tests", "examples"] {
+        for source in sources(folder) {
+            for f in functions(&without_literals(&source.text)) {
+                if f.arguments > MOST_ARGUMENTS {
+                    let (file, Function { line, name, arguments }) = (&source.file, f);
+                    long.push(format!("{file}:{line}: {name} takes {arguments} arguments"));
+                }
+            }
+        }
+    }
+    assert!(long.len() <= EXCEPTIONS, "{}", long.join("\n"));
+}
+
+#[test]
 fn files_are_short_and_open_with_a_page() {
-    for (file, text) in sources("src").into_iter().chain(sources("tests")) {
+    for source in sources("src").into_iter().chain(sources("tests")) {
+        let (file, text) = (source.file, source.text);
         let lines = text.lines().count();
         assert!(lines <= LONGEST_FILE, "{file}: {lines} lines, over {LONGEST_FILE}");
         let unit_tests = file.ends_with("/tests.rs");
@@ -190,9 +254,10 @@ fn files_are_short_and_open_with_a_page() {
 #[test]
 fn the_library_is_silent_and_safe() {
     let mut wrong = Vec::new();
-    for (file, text) in sources("src") {
+    for source in sources("src") {
+        let file = &source.file;
         let (cli, border) = (file.starts_with("src/cli/"), file.starts_with("src/ffi/"));
-        for (line, text) in code(&text) {
+        for (line, text) in source.code.lines().enumerate().map(|(i, text)| (i + 1, text)) {
             for word in [
                 "println!",
                 "print!",
@@ -218,7 +283,8 @@ fn the_library_is_silent_and_safe() {
 
 #[test]
 fn no_catch_all_files() {
-    for (file, _) in sources("src").into_iter().chain(sources("tests")) {
+    for source in sources("src").into_iter().chain(sources("tests")) {
+        let file = source.file;
         let stem = Path::new(&file).file_stem().unwrap().to_string_lossy().into_owned();
         assert!(
             !["utils", "util", "helpers", "common", "misc"].contains(&stem.as_str()),

@@ -15,7 +15,7 @@ const SMALL: [&str; 10] = [
     "--threads",
     "2",
     "--set",
-    "photon.count=2000",
+    "proxy.photons=2000",
     "--set",
     "record.spp=4",
     "--set",
@@ -216,4 +216,35 @@ fn what_cannot_be_compared_is_refused() {
     );
     let output = nearfar(&["bench", SCENE, "--sweep", "path=1"]);
     assert!(output.status.code() == Some(2) && text(&output.stderr).contains("--methods"));
+}
+
+/// `--quality` and `--set` given to the bench are the children's too: the same picture as a render
+/// with these options, bit for bit, and another one than without them.
+#[test]
+fn children_get_the_resolved_settings() {
+    let folder = Folder::new("resolved");
+    let truth = folder.truth("truth.exr", "32x32");
+    let sweep = ["--only", "decomposition", "--sweep", "decomposition=4%", "--seed", "7"];
+    let beauty = |path: &str| {
+        let film = nearfar::film::read_exr(path.as_ref()).unwrap();
+        ["R", "G", "B"].map(|c| film.channels[c].iter().map(|v| v.to_bits()).collect::<Vec<_>>())
+    };
+    let mut pictures = Vec::new();
+    for quality in ["draft", "normal"] {
+        let known = folder.0.join("work").is_dir().then(|| folder.images()).unwrap_or_default();
+        let done = folder.bench(&truth, &[&sweep[..], &["--quality", quality]].concat());
+        assert!(done.status.success(), "{}", text(&done.stderr));
+        let made: Vec<_> =
+            folder.images().into_iter().filter(|image| !known.contains(image)).collect();
+        assert_eq!(made.len(), 1, "another quality is another image");
+        let direct = folder.at("direct.exr");
+        let mut render = vec!["render", SCENE, "--size", "32x32", "--quality", quality];
+        render.extend(["--seed", "7", "--set", "decompose.alpha=4%", "-q", "-o", &direct]);
+        render.extend(SMALL);
+        assert!(nearfar(&render).status.success());
+        let child = beauty(&folder.at(&format!("work/{}", made[0].0)));
+        assert!(child == beauty(&direct), "{quality}");
+        pictures.push(child);
+    }
+    assert!(pictures[0] != pictures[1], "draft and normal are told apart");
 }

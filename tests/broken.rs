@@ -42,7 +42,8 @@ impl Drop for Folder {
     }
 }
 
-const GOOD_OBJ: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\nusemtl a\nf 1/1/1 2/2/1 3/3/1\n";
+const GOOD_OBJ: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 \
+                        1\nusemtl a\nf 1/1/1 2/2/1 3/3/1\n";
 const GOOD_MTL: &str = "newmtl a\nKd 0.5 0.5 0.5\n";
 const SKY: &str = "[[light]]\ntype = \"sky\"\nradiance = 1\n";
 const MESH: &str = "[[mesh]]\nfile = \"a.obj\"\n";
@@ -72,15 +73,18 @@ fn broken_objs() {
         ),
         (
             "v 0 0 0 0\n",
-            "a.obj:1: the fourth number of a vertex divides the others and may not be \"0\"; remove it",
+            "a.obj:1: the fourth number of a vertex divides the others and may not be \"0\"; \
+             remove it",
         ),
         (
             "v 0 0 0 1 1\n",
-            "a.obj:1: a vertex has 3 numbers, 4 with a weight or 6 with a colour, found 5; export the mesh again",
+            "a.obj:1: a vertex has 3 numbers, 4 with a weight or 6 with a colour, found 5; export \
+             the mesh again",
         ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n",
-            "a.obj:4: index 4 is out of range: the file has 3 vertices; correct the index or export the mesh again",
+            "a.obj:4: index 4 is out of range: the file has 3 vertices; correct the index or \
+             export the mesh again",
         ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n",
@@ -88,23 +92,28 @@ fn broken_objs() {
         ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -4 -2 -1\n",
-            "a.obj:4: index -4 is out of range: the file has 3 vertices; correct the index or export the mesh again",
+            "a.obj:4: index -4 is out of range: the file has 3 vertices; correct the index or \
+             export the mesh again",
         ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/2 3/1\n",
-            "a.obj:5: index 2 is out of range: the file has 1 texture coordinates; correct the index or export the mesh again",
+            "a.obj:5: index 2 is out of range: the file has 1 texture coordinates; correct the \
+             index or export the mesh again",
         ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//7\n",
-            "a.obj:5: index 7 is out of range: the file has 1 normals; correct the index or export the mesh again",
+            "a.obj:5: index 7 is out of range: the file has 1 normals; correct the index or \
+             export the mesh again",
         ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9223372036854775809\n",
-            "a.obj:4: index 9223372036854775809 is out of range: the file has 3 vertices; correct the index or export the mesh again",
+            "a.obj:4: index 9223372036854775809 is out of range: the file has 3 vertices; correct \
+             the index or export the mesh again",
         ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/9223372036854775807 2/1 3/1\n",
-            "a.obj:5: index 9223372036854775807 is out of range: the file has 1 texture coordinates; correct the index or export the mesh again",
+            "a.obj:5: index 9223372036854775807 is out of range: the file has 1 texture \
+             coordinates; correct the index or export the mesh again",
         ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 two 3\n",
@@ -116,7 +125,8 @@ fn broken_objs() {
         ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n3\n",
-            "a.obj:4: a line that goes on after \"\\\" is not supported; write the face on one line",
+            "a.obj:4: a line that goes on after \"\\\" is not supported; write the face on one \
+             line",
         ),
         ("vt 0\n", "a.obj:1: \"vt\" needs 2 numbers, found \"vt 0\"; export the mesh again"),
         ("vn 0 1\n", "a.obj:1: \"vn\" needs 3 numbers, found \"vn 0 1\"; export the mesh again"),
@@ -129,7 +139,9 @@ fn broken_objs() {
         ),
         (
             "mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl gold\nf 1 2 3\n",
-            "loaded; a.obj: material library \"none.mtl\" cannot be read; its materials become grey; a.obj: material \"gold\" is not defined and becomes grey; define it in an MTL file or as [material.gold]",
+            "loaded; a.obj: material library \"none.mtl\" cannot be read; its materials become \
+             grey; a.obj: material \"gold\" is not defined and becomes grey; define it in an MTL \
+             file or as [material.gold]",
         ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
@@ -187,62 +199,138 @@ fn broken_scene_files() {
     let lit = |text: &str| format!("{MESH}{SKY}{text}");
     let light = |text: &str| format!("{MESH}[[light]]\n{text}");
     let cases: Vec<(String, &str)> = vec![
-        (lit("[camera]\neye = [0, 0, 5]\n"), "s.toml:6: a camera needs both eye and target, or neither for a framing view"),
-        (lit("[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 5]\n"), "s.toml:6: camera eye and target are the same point; move one of them"),
+        (
+            lit("[camera]\neye = [0, 0, 5]\n"),
+            "s.toml:6: a camera needs both eye and target, or neither for a framing view",
+        ),
+        (
+            lit("[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 5]\n"),
+            "s.toml:6: camera eye and target are the same point; move one of them",
+        ),
         (
             lit("[camera]\neye = [0, 5, 0]\ntarget = [0, 0, 0]\n"),
-            "s.toml:6: camera up is zero or points along the view; choose another, e.g. [0, 1, 0] or [0, 0, 1]",
+            "s.toml:6: camera up is zero or points along the view; choose another, e.g. [0, 1, 0] \
+             or [0, 0, 1]",
         ),
-        (lit("[camera]\nvfov_deg = 180\n"), "s.toml:6: camera vfov_deg is 180 but must lie between 0 and 180"),
+        (
+            lit("[camera]\nvfov_deg = 180\n"),
+            "s.toml:6: camera vfov_deg is 180 but must lie between 0 and 180",
+        ),
         (lit("[camera]\nwidth = 0\n"), "s.toml:6: camera width and height must be at least 1"),
         (
             lit("[camera]\nwidth = 100000\nheight = 100000\n"),
-            "s.toml:6: an image of 100000x100000 pixels does not fit memory; at most 268435456 pixels are allowed",
+            "s.toml:6: an image of 100000x100000 pixels does not fit memory; at most 268435456 \
+             pixels are allowed",
         ),
         (lit("[camera]\nwidth = -3\n"), "s.toml:7: invalid value: integer `-3`, expected u32"),
-        (lit("[camera]\nwdith = 3\n"), "s.toml:7: unknown field `wdith`, expected one of `eye`, `target`, `up`, `vfov_deg`, `width`, `height`"),
-        (lit("[camera]\neye = [nan, 0, 0]\ntarget = [0, 0, 0]\n"), "s.toml:6: camera eye, target and up must be finite numbers"),
-        ("light = 3\n".into(), "s.toml:1: invalid type: integer `3`, expected a sequence"),
-        (MESH.into(), "s.toml: nothing emits light; add a [[light]] (e.g. type = \"sky\", radiance = [1, 1, 1]) or a material with emission"),
-        (SKY.into(), "s.toml: the scene is empty; add a [[mesh]] with triangles"),
-        (light("type = \"sky\"\nradiance = -1\n"), "s.toml:3: radiance must be finite and not negative"),
-        (light("type = \"sphere\"\ncenter = [0, 0, 0]\nradius = 0\nradiance = 1\n"), "s.toml:3: a sphere light needs a finite center and a radius above 0"),
         (
-            light("type = \"quad\"\ncorner = [0, 0, 0]\nedge1 = [1, 0, 0]\nedge2 = [2, 0, 0]\nradiance = 1\n"),
-            "s.toml:3: the quad light has no area; edge1 and edge2 must be finite and span a parallelogram",
+            lit("[camera]\nwdith = 3\n"),
+            "s.toml:7: unknown field `wdith`, expected one of `eye`, `target`, `up`, `vfov_deg`, \
+             `width`, `height`",
         ),
-        (light("type = \"sun\"\ndirection_to_sun = [0, 0, 0]\nirradiance = 1\n"), "s.toml:3: direction_to_sun may not be zero or infinite"),
         (
-            light("type = \"sun\"\ndirection_to_sun = [0, 1, 0]\nirradiance = 1\nangular_radius_deg = 120\n"),
+            lit("[camera]\neye = [nan, 0, 0]\ntarget = [0, 0, 0]\n"),
+            "s.toml:6: camera eye, target and up must be finite numbers",
+        ),
+        ("light = 3\n".into(), "s.toml:1: invalid type: integer `3`, expected a sequence"),
+        (
+            MESH.into(),
+            "s.toml: nothing emits light; add a [[light]] (e.g. type = \"sky\", radiance = [1, 1, \
+             1]) or a material with emission",
+        ),
+        (SKY.into(), "s.toml: the scene is empty; add a [[mesh]] with triangles"),
+        (
+            light("type = \"sky\"\nradiance = -1\n"),
+            "s.toml:3: radiance must be finite and not negative",
+        ),
+        (
+            light("type = \"sphere\"\ncenter = [0, 0, 0]\nradius = 0\nradiance = 1\n"),
+            "s.toml:3: a sphere light needs a finite center and a radius above 0",
+        ),
+        (
+            light(
+                "type = \"quad\"\ncorner = [0, 0, 0]\nedge1 = [1, 0, 0]\nedge2 = [2, 0, \
+                 0]\nradiance = 1\n",
+            ),
+            "s.toml:3: the quad light has no area; edge1 and edge2 must be finite and span a \
+             parallelogram",
+        ),
+        (
+            light("type = \"sun\"\ndirection_to_sun = [0, 0, 0]\nirradiance = 1\n"),
+            "s.toml:3: direction_to_sun may not be zero or infinite",
+        ),
+        (
+            light(
+                "type = \"sun\"\ndirection_to_sun = [0, 1, 0]\nirradiance = 1\nangular_radius_deg \
+                 = 120\n",
+            ),
             "s.toml:3: angular_radius_deg must lie from 0 to 90; the sun's is 0.27",
         ),
         (
-            light("type = \"spot\"\nposition = [0, 1, 0]\ndirection = [0, -1, 0]\nintensity = 1\ninner_deg = 30\nouter_deg = 20\n"),
+            light(
+                "type = \"spot\"\nposition = [0, 1, 0]\ndirection = [0, -1, 0]\nintensity = \
+                 1\ninner_deg = 30\nouter_deg = 20\n",
+            ),
             "s.toml:3: a spot needs 0 <= inner_deg <= outer_deg <= 180, and outer_deg above 0",
         ),
-        ("[[mesh]]\nfile = \"none.obj\"\n".into(), "s.toml:1: mesh \"none.obj\" does not exist; correct the path"),
-        ("\n[[mesh]]\nscale = 2\n".into(), "s.toml:2: a mesh needs either file = \"….obj\" or builtin = \"…\""),
-        ("[[mesh]]\nfile = \"s.toml\"\n".into(), "s.toml:1: mesh \"s.toml\" is no .obj, .hair, .curves or .txt file; convert it"),
+        (
+            "[[mesh]]\nfile = \"none.obj\"\n".into(),
+            "s.toml:1: mesh \"none.obj\" does not exist; correct the path",
+        ),
+        (
+            "\n[[mesh]]\nscale = 2\n".into(),
+            "s.toml:2: a mesh needs either file = \"….obj\" or builtin = \"…\"",
+        ),
+        (
+            "[[mesh]]\nfile = \"s.toml\"\n".into(),
+            "s.toml:1: mesh \"s.toml\" is no .obj, .hair, .curves or .txt file; convert it",
+        ),
         (
             "[[mesh]]\nfile = \"$NEARFAR_NOT_SET/a.obj\"\n".into(),
-            "s.toml:1: environment variable NEARFAR_NOT_SET in \"$NEARFAR_NOT_SET/a.obj\" is not set; set it, or write ${NEARFAR_NOT_SET:-default}",
+            "s.toml:1: environment variable NEARFAR_NOT_SET in \"$NEARFAR_NOT_SET/a.obj\" is not \
+             set; set it, or write ${NEARFAR_NOT_SET:-default}",
         ),
         (
             "[[mesh]]\nbuiltin = \"castle\"\n".into(),
-            "s.toml:1: there is no builtin \"castle\"; there are: atrium, cathedral, foliage, fur, hairball, interior, slats, study, subdivision",
+            "s.toml:1: there is no builtin \"castle\"; there are: atrium, cathedral, foliage, \
+             fur, hairball, interior, slats, study, subdivision",
         ),
-        ("[[mesh]]\nbuiltin = \"interior\"\nparameters = { detial = 2 }\n".into(), "s.toml:1: parameters: unknown field `detial`, expected `detail`"),
-        ("[[mesh]]\nbuiltin = \"interior\"\nparameters = { detail = 1000 }\n".into(), "s.toml:1: detail is 1000 but must lie from 0.25 to 8"),
-        ("[[mesh]]\nfile = \"a.obj\"\nscale = 0\n".into(), "s.toml:1: the transform is not invertible; scale may not be 0 and all numbers must be finite"),
         (
-            "[[mesh]]\nfile = \"a.obj\"\ntranslate = [1, 0, 0]\nmatrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]\n".into(),
+            "[[mesh]]\nbuiltin = \"interior\"\nparameters = { detial = 2 }\n".into(),
+            "s.toml:1: parameters: unknown field `detial`, expected `detail`",
+        ),
+        (
+            "[[mesh]]\nbuiltin = \"interior\"\nparameters = { detail = 1000 }\n".into(),
+            "s.toml:1: detail is 1000 but must lie from 0.25 to 8",
+        ),
+        (
+            "[[mesh]]\nfile = \"a.obj\"\nscale = 0\n".into(),
+            "s.toml:1: the transform is not invertible; scale may not be 0 and all numbers must \
+             be finite",
+        ),
+        (
+            "[[mesh]]\nfile = \"a.obj\"\ntranslate = [1, 0, 0]\nmatrix = [[1, 0, 0, 0], [0, 1, 0, \
+             0], [0, 0, 1, 0]]\n"
+                .into(),
             "s.toml:1: matrix stands alone; remove it or scale, rotate_deg and translate",
         ),
-        ("[[mesh]]\nfile = \"a.obj\"\nnormals = \"smooth\"\ncrease_deg = 200\n".into(), "s.toml:1: crease_deg is 200 but must lie from 0 to 180"),
-        (lit("[material.b]\nalbedo = 0.5\n"), "s.toml:6: no mesh has a material \"b\"; there are: a"),
+        (
+            "[[mesh]]\nfile = \"a.obj\"\nnormals = \"smooth\"\ncrease_deg = 200\n".into(),
+            "s.toml:1: crease_deg is 200 but must lie from 0 to 180",
+        ),
+        (
+            lit("[material.b]\nalbedo = 0.5\n"),
+            "s.toml:6: no mesh has a material \"b\"; there are: a",
+        ),
         (lit("[material.a]\nalbedo = 1.5\n"), "s.toml:6: albedo may not exceed 1"),
-        (lit("[material.a]\nopacity_texture = \"none.png\"\n"), "s.toml:6: texture \"none.png\" does not exist; correct the path"),
-        (lit("[material.a]\ndrop = true\n"), "s.toml: the scene is empty; add a [[mesh]] with triangles"),
+        (
+            lit("[material.a]\nopacity_texture = \"none.png\"\n"),
+            "s.toml:6: texture \"none.png\" does not exist; correct the path",
+        ),
+        (
+            lit("[material.a]\ndrop = true\n"),
+            "s.toml: the scene is empty; add a [[mesh]] with triangles",
+        ),
     ];
     for (text, expected) in &cases {
         let folder = Folder::new();
@@ -297,7 +385,10 @@ fn transforms_and_overrides_reach_the_mesh() {
     folder.write("a.mtl", GOOD_MTL);
     folder.write(
         "s.toml",
-        format!("[[mesh]]\nfile = \"a.obj\"\nscale = [-2, 1, 1]\nrotate_deg = [0, 0, 90]\ntranslate = [0, 0, 3]\n{SKY}[material.a]\nemission = 2\n"),
+        format!(
+            "[[mesh]]\nfile = \"a.obj\"\nscale = [-2, 1, 1]\nrotate_deg = [0, 0, 90]\ntranslate = \
+             [0, 0, 3]\n{SKY}[material.a]\nemission = 2\n"
+        ),
     );
     let scene = folder.load("s.toml").unwrap().scene;
     let mesh = &scene.meshes[0];
@@ -332,10 +423,17 @@ fn mutated(text: &str, edits: &[(usize, u8, u8)]) -> Vec<u8> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
     #[test]
-    fn mutations_never_panic(edits in prop::collection::vec((any::<usize>(), any::<u8>(), any::<u8>()), 1..8), which in 0..3) {
+    fn mutations_never_panic(
+        edits in prop::collection::vec((any::<usize>(), any::<u8>(), any::<u8>()), 1..8),
+        which in 0..3,
+    ) {
         let folder = Folder::new();
-        let toml = format!("{MESH}{SKY}[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n[material.a]\nalbedo = [0.1, 0.2, 0.3]\n");
-        let text = |index: i32, good: &str| if which == index { mutated(good, &edits) } else { good.as_bytes().to_vec() };
+        let toml = format!("{MESH}{SKY}[camera]\neye = [0, 0, 5]\ntarget = [0, 0, \
+                            0]\n[material.a]\nalbedo = [0.1, 0.2, 0.3]\n");
+        let text = |index: i32, good: &str| match which == index {
+            true => mutated(good, &edits),
+            false => good.as_bytes().to_vec(),
+        };
         folder.write("a.obj", text(0, GOOD_OBJ));
         folder.write("a.mtl", text(1, GOOD_MTL));
         folder.write("s.toml", text(2, &toml));

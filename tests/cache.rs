@@ -3,13 +3,14 @@
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::compare::{Truth, errors};
 use nearfar::method::cache::{
     Cache, CacheRecord, CacheSettings, Mode, fill_and_interpolate, render, store,
 };
 use nearfar::method::gather::gather;
 use nearfar::method::key::Key;
 use nearfar::method::stage::{Inputs, Stage};
-use nearfar::photon::{CellRadiosity, PhotonSettings, ProxyStats};
+use nearfar::photon::{CellRadiosity, ProxySettings, ProxyStats};
 use nearfar::radiometry::Rgb;
 use nearfar::record::{RecordSettings, camera_samples};
 use nearfar::run::Run;
@@ -56,15 +57,8 @@ fn gathered(w: &World, stage: &Stage, rays: u32) -> Vec<Rgb> {
     gather(w, stage.proxy(), &stage.samples.points, rays, 0, &Run::new(2).unwrap()).unwrap()
 }
 
-fn relative_mse(e: &[Rgb], truth: &[Rgb]) -> f32 {
-    let mean = truth.iter().map(|t| t.element_sum() / 3.0).sum::<f32>() / truth.len() as f32;
-    e.iter()
-        .zip(truth)
-        .map(|(e, t)| {
-            ((*e - *t).powf(2.0) / (*t * *t + Rgb::splat(0.01 * mean * mean))).element_sum() / 3.0
-        })
-        .sum::<f32>()
-        / e.len() as f32
+fn relative_mse(e: &[Rgb], truth: &[Rgb]) -> f64 {
+    errors(e, &Truth::exact(truth.len() as u32, 1, truth)).relmse
 }
 
 #[test]
@@ -85,7 +79,7 @@ fn furnace() {
 }
 
 fn inputs<'a>(
-    photon: &'a PhotonSettings,
+    photon: &'a ProxySettings,
     record: &'a RecordSettings,
     direct: &'a DirectSettings,
 ) -> Inputs<'a> {
@@ -95,7 +89,7 @@ fn inputs<'a>(
 #[test]
 fn same_bits_for_any_thread_count() {
     let (photon, record, direct) = (
-        PhotonSettings { count: 5000, ..PhotonSettings::default() },
+        ProxySettings { photons: 5000, ..ProxySettings::default() },
         RecordSettings::default(),
         DirectSettings::default(),
     );
@@ -138,7 +132,7 @@ fn error_to_the_gather_falls_with_the_knob() {
 /// relMSE of the irradiance to a gather through the same proxy: falls, and ends below 1e-4.
 fn falls_to_the_gather(scene: &Scene, near_cell: f32) {
     let w = world(scene, *backends().last().unwrap());
-    let photon = PhotonSettings { count: 20_000, ..PhotonSettings::default() };
+    let photon = ProxySettings { photons: 20_000, ..ProxySettings::default() };
     let stage = Stage::new(
         &w,
         Inputs {
@@ -261,7 +255,7 @@ fn saved_records_are_reused() {
     let folder = folder("cache-reuse");
     let file = folder.join("room.ply");
     let (photon, record, direct) = (
-        PhotonSettings { count: 5000, ..PhotonSettings::default() },
+        ProxySettings { photons: 5000, ..ProxySettings::default() },
         RecordSettings::default(),
         DirectSettings::default(),
     );
@@ -300,7 +294,7 @@ fn broken_and_foreign_files_are_refused() {
     let folder = folder("cache-broken");
     let file = folder.join("c.ply");
     let (photon, record, direct) =
-        (PhotonSettings::default(), RecordSettings::default(), DirectSettings::default());
+        (ProxySettings::default(), RecordSettings::default(), DirectSettings::default());
     let scene = small_room();
     let w = world(&scene, Backend::Bvh);
     let s = settings(Mode::Hessian);

@@ -573,17 +573,25 @@ fn the_same_bits_for_1_2_and_8_threads() {
     }
 }
 
+/// Three numbers from −`reach` to `reach`.
+fn triple(reach: f32) -> impl Strategy<Value = [f32; 3]> {
+    [-reach..reach, -reach..reach, -reach..reach]
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
     #[test]
     fn random_triangles(
-        corners in prop::collection::vec((-2.0f32..2.0, -2.0f32..2.0, -2.0f32..2.0), 3..60),
-        rays in prop::collection::vec(((-3.0f32..3.0, -3.0f32..3.0, -3.0f32..3.0), (-1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0)), 1..40),
+        corners in prop::collection::vec(triple(2.0), 3..60),
+        rays in prop::collection::vec((triple(3.0), triple(1.0)), 1..40),
     ) {
-        let positions: Vec<Vec3> = corners.iter().map(|&(x, y, z)| Vec3::new(x, y, z)).collect();
+        let positions: Vec<Vec3> = corners.into_iter().map(Vec3::from).collect();
         // Neighbouring triangles share an edge.
         let triangles = (0..positions.len() as u32 - 2).map(|i| [i, i + 1, i + 2]).collect();
-        let rays: Vec<Ray> = rays.iter().map(|&(o, d)| Ray::new(o.into(), Vec3::from(d) + Vec3::splat(1e-3))).collect();
+        let ray = |&(o, d): &([f32; 3], [f32; 3])| {
+            Ray::new(o.into(), Vec3::from(d) + Vec3::splat(1e-3))
+        };
+        let rays: Vec<Ray> = rays.iter().map(ray).collect();
         agree(&Arc::new(geometry(positions, triangles)), &rays);
     }
 }

@@ -2,16 +2,24 @@
 //! honest about its error.
 
 use nearfar::accel::Backend;
+use nearfar::compare::{Truth, errors};
 use nearfar::film::Film;
-use nearfar::method::Rendered;
-use nearfar::method::converge::{ConvergeSettings, Weight, render};
+use nearfar::method::converge::{Certificate, ConvergeSettings, Weight, render};
+use nearfar::method::locations::Locations;
 use nearfar::method::path::{PathSettings, reference};
+use nearfar::method::{MethodStatistics, Rendered};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 use nearfar::scene::Scene;
 use nearfar::shading::World;
 
 use crate::support::{small_room, world};
+
+/// A film as the picture of a method that counts nothing.
+fn model_of(film: Film) -> Rendered {
+    let statistics = MethodStatistics::Direct {};
+    Rendered { film, statistics, locations: Locations::default() }
+}
 
 fn room(width: u32, height: u32) -> Scene {
     let mut scene = small_room();
@@ -34,10 +42,16 @@ fn model(truth: &Film, change: impl Fn(usize, Rgb) -> Rgb) -> Film {
     film
 }
 
-fn converge(world: &World, model: &Film, settings: &ConvergeSettings, seed: u64) -> Rendered {
+/// The converged picture, and its certificate where there is one.
+fn converge(
+    world: &World,
+    model: &Film,
+    settings: &ConvergeSettings,
+    seed: u64,
+) -> (Film, Option<Certificate>) {
     let run = Run::new(2).unwrap();
-    let start = Rendered { film: model.clone(), ..Rendered::default() };
-    render(
+    let start = model_of(model.clone());
+    let (found, figures) = render(
         start,
         settings,
         &mut |half, earlier, spp| {
@@ -45,17 +59,13 @@ fn converge(world: &World, model: &Film, settings: &ConvergeSettings, seed: u64)
         },
         &run,
     )
-    .unwrap()
+    .unwrap();
+    (found.film, figures.certificate)
 }
 
 fn relmse(film: &Film, truth: &Film) -> f64 {
-    let (x, r) = (film.rgb("").unwrap(), truth.rgb("").unwrap());
-    let n = 3.0 * r.len() as f64;
-    let level = r.iter().map(|c| f64::from(c.element_sum())).sum::<f64>() / n;
-    let of = |x: f32, r: f32| {
-        (f64::from(x) - f64::from(r)).powi(2) / (f64::from(r).powi(2) + 0.01 * level * level)
-    };
-    x.iter().zip(&r).map(|(x, r)| (0..3).map(|c| of(x[c], r[c])).sum::<f64>()).sum::<f64>() / n
+    let exact = Truth::exact(truth.width, truth.height, &truth.rgb("").unwrap());
+    errors(&film.rgb("").unwrap(), &exact).relmse
 }
 
 /// Largest |z| over the pixels of the mean over seeds against the truth.
@@ -68,7 +78,7 @@ fn worst_z(size: u32, truth_spp: u32, seeds: u64, change: impl Fn(usize, Rgb) ->
     let (mut sum, mut square) = (vec![0.0f64; count], vec![0.0f64; count]);
     for seed in 0..seeds {
         for (i, c) in
-            converge(&world, &model, &settings, seed).film.rgb("").unwrap().iter().enumerate()
+            converge(&world, &model, &settings, seed).0.rgb("").unwrap().iter().enumerate()
         {
             sum[i] += f64::from(c.y);
             square[i] += f64::from(c.y).powi(2);
@@ -124,13 +134,13 @@ fn error_falls_stays_below_both_and_is_certified() {
                 3,
             )
         };
-        let (found, plain) = (at(Weight::Shrink), at(Weight::One));
-        let error = relmse(&found.film, &truth);
-        let best = model_error.min(relmse(&plain.film, &truth));
-        let claimed = found.stats["converge_relmse"].as_f64().unwrap();
+        let ((found, certificate), (plain, _)) = (at(Weight::Shrink), at(Weight::One));
+        let error = relmse(&found, &truth);
+        let best = model_error.min(relmse(&plain, &truth));
+        let claimed = certificate.unwrap().relmse;
         eprintln!(
             "{spp} spp: {error:.5}, certified {claimed:.5}; model {model_error:.5}, path {:.5}",
-            relmse(&plain.film, &truth)
+            relmse(&plain, &truth)
         );
         assert!(error < 1.25 * best, "{spp} spp: {error} against {best}");
         if spp > 8 {
@@ -150,8 +160,8 @@ fn a_cancelled_run_is_the_model() {
     let run = Run::new(1).unwrap();
     let film = trace(&world, 1, 4, None, &run);
     run.cancel_flag().store(true, std::sync::atomic::Ordering::SeqCst);
-    let start = Rendered { film: film.clone(), ..Rendered::default() };
-    let kept =
+    let start = model_of(film.clone());
+    let (kept, _) =
         render(start, &ConvergeSettings::default(), &mut |_, _, _| unreachable!(), &run).unwrap();
     assert_eq!(kept.film.rgb(""), film.rgb(""));
 }

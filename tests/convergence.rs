@@ -1,11 +1,12 @@
 //! The decomposition's error against ground truth falls with each knob that spends time, and has a
 //! minimum in alpha.
 
-use nearfar::compare::{Halves, errors};
-use nearfar::method::decompose::{DecomposeSettings, Length, render};
+use nearfar::compare::{Halves, Reference, Truth, errors};
+use nearfar::length::Length;
+use nearfar::method::decompose::{DecomposeSettings, render};
 use nearfar::method::path::{self, PathSettings};
 use nearfar::method::stage::Inputs;
-use nearfar::photon::{Estimate, PhotonSettings};
+use nearfar::photon::{Estimate, ProxySettings};
 use nearfar::record::RecordSettings;
 use nearfar::run::Run;
 use nearfar::shading::{DirectSettings, World};
@@ -15,8 +16,7 @@ use crate::support::{backends, small_room, world};
 struct Bench {
     world: World,
     run: Run,
-    truth: Vec<nearfar::radiometry::Rgb>,
-    halves: Halves,
+    truth: Truth,
 }
 
 impl Bench {
@@ -29,11 +29,19 @@ impl Bench {
                 .unwrap()
                 .film;
         let halves = Halves(film.rgb("half0").unwrap(), film.rgb("half1").unwrap());
-        Self { world, run, truth: film.rgb("").unwrap(), halves }
+        let reference = Reference {
+            width: film.width,
+            height: film.height,
+            mean: film.rgb("").unwrap(),
+            halves: Some(halves),
+            albedo: None,
+            normal: None,
+        };
+        Self { world, run, truth: Truth::new(reference, None).unwrap() }
     }
 
     /// relMSE of the final image, mean over seeds (one picture's error is itself random).
-    fn error(&self, decompose: &DecomposeSettings, photon: &PhotonSettings) -> f64 {
+    fn error(&self, decompose: &DecomposeSettings, photon: &ProxySettings) -> f64 {
         let (record, direct) = (
             RecordSettings { spp: 16, ..RecordSettings::default() },
             DirectSettings { light_samples: 16 },
@@ -43,7 +51,7 @@ impl Bench {
             let near_cell = decompose.lengths(self.world.diagonal).near_cell;
             let inputs = Inputs { near_cell, photon, record: &record, direct: &direct, seed };
             let film = render(&self.world, decompose, inputs, &self.run).unwrap().film;
-            errors(&film.rgb("").unwrap(), &self.truth, Some(&self.halves)).relmse
+            errors(&film.rgb("").unwrap(), &self.truth).relmse
         };
         (0..seeds).map(one).sum::<f64>() / seeds as f64
     }
@@ -70,14 +78,14 @@ fn falls(name: &str, errors: &[f64], ratio: f64) {
 #[test]
 fn error_falls_with_rays_photons_and_clusters_and_alpha_has_a_minimum() {
     let bench = Bench::new();
-    let photon = PhotonSettings { count: 100_000, ..PhotonSettings::default() };
+    let photon = ProxySettings { photons: 100_000, ..ProxySettings::default() };
     let rays =
         [12, 48, 192].map(|rays| bench.error(&DecomposeSettings { rays, ..settings() }, &photon));
     falls("rays 12, 48, 192", &rays, 0.7);
     let photons = [300, 3000, 30_000].map(|count| {
         bench.error(
             &settings(),
-            &PhotonSettings { count, estimate: Estimate::Cells, ..photon.clone() },
+            &ProxySettings { photons: count, estimate: Estimate::Cells, ..photon.clone() },
         )
     });
     falls("photons 300, 3000, 30000", &photons, 0.7);

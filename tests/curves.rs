@@ -181,7 +181,8 @@ fn too_many_triangles_are_refused() {
     let message = tessellate_curves(&short, &CurveSettings::default()).unwrap_err();
     assert_eq!(
         message,
-        "curve 1 has 2 points, but a bspline curve needs at least 4 points; correct it or choose another basis"
+        "curve 1 has 2 points, but a bspline curve needs at least 4 points; correct it or choose \
+         another basis"
     );
 }
 
@@ -262,7 +263,9 @@ fn hair_files_are_read() {
     folder.write("a.hair", hair(0b1111, &POINTS, &each));
     assert!((area(&folder.load(ribbon).unwrap().scene.meshes[0]) - 0.5 * 5.0).abs() < 1e-6);
     assert_eq!(folder.message(ribbon), "loaded; a.hair: transparency of hair is left out");
-    let scaled = "file = \"a.hair\"\nscale = 2\ncurves = { shape = \"ribbon\", basis = \"catmull-rom\", width = 0.1, width_scale = 3, material = \"coat\" }";
+    let scaled = "file = \"a.hair\"\nscale = 2\ncurves = \
+                  { shape = \"ribbon\", basis = \"catmull-rom\", width = 0.1, width_scale = 3, \
+                  material = \"coat\" }";
     let loaded = folder.load(scaled).unwrap();
     assert!(
         (area(&loaded.scene.meshes[0]) - 2.0 * 0.3 * 10.0).abs() < 1e-5,
@@ -272,11 +275,13 @@ fn hair_files_are_read() {
     let cases: [(Vec<u8>, &str); 6] = [
         (
             b"HAI".to_vec(),
-            "a.hair: is no HAIR file: its header is missing; give a .hair file, or rename a text file to .curves",
+            "a.hair: is no HAIR file: its header is missing; give a .hair file, or rename a text \
+             file to .curves",
         ),
         (
             hair(0b11, &POINTS[..9], &[]),
-            "a.hair: is cut short: 2 strands of 5 points take 192 bytes, the file has 168; copy it again",
+            "a.hair: is cut short: 2 strands of 5 points take 192 bytes, the file has 168; copy \
+             it again",
         ),
         (hair(0b01, &[], &[]), "a.hair: has no points array; export it again"),
         (
@@ -310,7 +315,11 @@ fn hair_files_are_read() {
 #[test]
 fn text_curves_are_read() {
     let folder = Folder::new("text");
-    folder.write("a.curves", "# two curves\n0 0 0 0.1\n0 1 0 0.1\n# still the first\n0 2 0 0.1\n\n\n1 0 0 0.05\n1 4 0 0.05 # tip\n");
+    folder.write(
+        "a.curves",
+        "# two curves\n0 0 0 0.1\n0 1 0 0.1\n# still the first\n0 2 0 0.1\n\n\n1 0 0 0.05\n1 4 0 \
+         0.05 # tip\n",
+    );
     let loaded = folder.load("file = \"a.curves\"\ncurves = { shape = \"ribbon\" }").unwrap();
     assert!((area(&loaded.scene.meshes[0]) - (0.2 * 2.0 + 0.1 * 4.0)).abs() < 1e-6);
     let cases = [
@@ -322,7 +331,8 @@ fn text_curves_are_read() {
         ("0 0 0 1\n0 1 0 -1\n", "a.curves:2: the radius -1 is negative; give a radius from 0 on"),
         (
             "0 0 0\n0 1 0\n",
-            "a.curves:1: the point has no radius; write x y z radius, or give curves.width in the scene",
+            "a.curves:1: the point has no radius; write x y z radius, or give curves.width in the \
+             scene",
         ),
         ("0 0\n", "a.curves:1: a point is x y z radius, found 2 numbers"),
         (
@@ -340,7 +350,8 @@ fn text_curves_are_read() {
     let scene_faults = [
         (
             "curves = { width = 0.1, basis = \"bezier\" }",
-            "s.toml:1: curve 1 has 3 points, but a bezier curve needs 4, 7, 10, … points; correct it or choose another basis",
+            "s.toml:1: curve 1 has 3 points, but a bezier curve needs 4, 7, 10, … points; correct \
+             it or choose another basis",
         ),
         ("curves = { width = 0 }", "s.toml:1: curves.width must be finite and above 0"),
         (
@@ -358,8 +369,10 @@ fn text_curves_are_read() {
     }
 }
 
-const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
-    f 1/1 3/2 4/3 2/4\nf 5/1 6/2 8/3 7/4\nusemtl red\nf 1/1 2/2 6/3 5/4\nf 3/1 7/2 8/3 4/4\ng other\nf 1/1 5/2 7/3 3/4\nf 2/1 4/2 8/3 6/4\n";
+const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\nvt 0 \
+                    0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+    f 1/1 3/2 4/3 2/4\nf 5/1 6/2 8/3 7/4\nusemtl red\nf 1/1 2/2 6/3 5/4\nf 3/1 7/2 8/3 4/4\ng \
+                    other\nf 1/1 5/2 7/3 3/4\nf 2/1 4/2 8/3 6/4\n";
 
 #[test]
 fn cages_are_read_with_their_tags() {
@@ -391,7 +404,10 @@ fn cages_are_read_with_their_tags() {
     assert!(closed(&rim) && crest(&rim) == 1.0);
     folder.write(
         "a.obj",
-        format!("{CUBE}t hole 1/0/0 1\nt corner 1/1/0 0 10\nt interpolateboundary 1/0/0 2\nt creasemethod 0/0/1 chaikin\nt crease 2/1/0 0 7 3\n"),
+        format!(
+            "{CUBE}t hole 1/0/0 1\nt corner 1/1/0 0 10\nt interpolateboundary 1/0/0 2\nt \
+             creasemethod 0/0/1 chaikin\nt crease 2/1/0 0 7 3\n"
+        ),
     );
     let holed = folder.load(entry).unwrap();
     assert_eq!(Geometry::new(&holed.scene).len(), 5 * 4 * 16 * 2);
@@ -414,7 +430,8 @@ fn cages_are_read_with_their_tags() {
         ),
         (
             "t crease 2/1 1 2 3\n",
-            "a.obj:21: \"t crease 2/1 1 2 3\" is no tag; write t NAME ints/floats/strings and as many arguments, e.g. t crease 2/1/0 4 7 2.5",
+            "a.obj:21: \"t crease 2/1 1 2 3\" is no tag; write t NAME ints/floats/strings and as \
+             many arguments, e.g. t crease 2/1/0 4 7 2.5",
         ),
         (
             "t crease 2/1/0 1 99 3\n",
@@ -438,11 +455,13 @@ fn cages_are_read_with_their_tags() {
         ),
         (
             "t interpolateboundary 1/0/0 7\n",
-            "a.obj:21: interpolateboundary takes 0 (faces left out), 1 (creases with corners) or 2 (creases)",
+            "a.obj:21: interpolateboundary takes 0 (faces left out), 1 (creases with corners) or \
+             2 (creases)",
         ),
         (
             "f 1 2 99\n",
-            "a.obj:21: index 99 is out of range: the file has 8 vertices; correct the index or export the mesh again",
+            "a.obj:21: index 99 is out of range: the file has 8 vertices; correct the index or \
+             export the mesh again",
         ),
     ];
     for (line, expected) in faults {
@@ -455,7 +474,8 @@ fn cages_are_read_with_their_tags() {
     let scene_faults = [
         (
             "{ levels = 0 }",
-            "s.toml:1: levels is 0 but must be at least 1; remove subdivision for the polygons themselves",
+            "s.toml:1: levels is 0 but must be at least 1; remove subdivision for the polygons \
+             themselves",
         ),
         ("{ levels = 11 }", "s.toml:1: levels is 11 but may not exceed 10; give fewer"),
         (
@@ -464,20 +484,24 @@ fn cages_are_read_with_their_tags() {
         ),
         (
             "{ edge = \"five\" }",
-            "s.toml:1: subdivision.edge must be a length above 0, or a share of the diagonal like \"0.5%\"",
+            "s.toml:1: subdivision.edge must be a length above 0, or a share of the diagonal like \
+             \"0.5%\"",
         ),
         (
             "{ edge = -1 }",
-            "s.toml:1: subdivision.edge must be a length above 0, or a share of the diagonal like \"0.5%\"",
+            "s.toml:1: subdivision.edge must be a length above 0, or a share of the diagonal like \
+             \"0.5%\"",
         ),
         ("{ crease_angle_deg = 200 }", "s.toml:1: crease_angle_deg must lie from 0 to 180"),
         (
             "{ crease_sharpness = 2 }",
-            "s.toml:1: crease_sharpness belongs to crease_angle_deg; add it or remove crease_sharpness",
+            "s.toml:1: crease_sharpness belongs to crease_angle_deg; add it or remove \
+             crease_sharpness",
         ),
         (
             "{ levls = 2 }",
-            "s.toml:3: unknown field `levls`, expected one of `levels`, `edge`, `crease_angle_deg`, `crease_sharpness`, `boundary`, `uv`",
+            "s.toml:3: unknown field `levls`, expected one of `levels`, `edge`, \
+             `crease_angle_deg`, `crease_sharpness`, `boundary`, `uv`",
         ),
     ];
     for (table, expected) in scene_faults {

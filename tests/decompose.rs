@@ -1,11 +1,12 @@
 //! The decomposition's exact limits and invariances.
 
 use glam::Vec3;
-use nearfar::method::decompose::far::{sample, sample_cluster};
-use nearfar::method::decompose::interpolate::FarField;
-use nearfar::method::decompose::near::NearTree;
-use nearfar::method::decompose::reconstruct::{point, reconstruct};
-use nearfar::method::decompose::{DecomposeSettings, Length, NearHits, Overlap, cluster, render};
+use nearfar::length::Length;
+use nearfar::method::decompose::far::cluster::{Bounds, cluster};
+use nearfar::method::decompose::far::{Bundle, FarField, SampledClusters, sample};
+use nearfar::method::decompose::near::cells::{CellSum, NearTree};
+use nearfar::method::decompose::pass3::{Far, Pass3};
+use nearfar::method::decompose::{Context, DecomposeSettings, NearHits, Receiver, render};
 use nearfar::method::stage::Inputs;
 use nearfar::photon::CellRadiosity;
 use nearfar::photon::Proxy;
@@ -86,12 +87,16 @@ fn alpha_zero_is_a_plain_gather() {
     )
     .unwrap();
     let points = &samples.points;
-    let clusters = cluster::cluster(points, (0..points.len() as u32).collect(), 0.2, 0.7, 0);
-    let (sh, _) = sample(&w, proxy, points, &clusters, &settings, 7, &run).unwrap();
-    let field = FarField::new(&clusters, &sh, 0.3, 4.0);
-    let tree = NearTree::new(proxy);
-    let found =
-        reconstruct(&w, proxy, points, &field, Some(&tree), None, &settings, 7, &run).unwrap();
+    let bounds = Bounds { radius: 0.2, normal_cos: 0.7 };
+    let clusters = cluster(points, (0..points.len() as u32).collect(), bounds, 0);
+    let context = Context::new(&w, proxy, &settings, 7, &run);
+    let (sh, _) = sample(&context, points, &clusters).unwrap();
+    let sampled = SampledClusters { clusters, sh };
+    let found = Pass3::new(context, &sampled)
+        .with_far(Far::Blended(FarField::new(&sampled, 0.3, 4.0)))
+        .irradiance(points)
+        .unwrap();
+    let clusters = &sampled.clusters;
 
     let apart: Vec<[f64; 9]> = (0..clusters.len())
         .map(|c| {
@@ -159,7 +164,6 @@ fn alpha_infinity_is_the_sum_over_all_cells() {
     let settings = DecomposeSettings {
         alpha: Length::Units(f32::INFINITY),
         near_hits: NearHits::Ignore,
-        overlap: Overlap::Keep,
         rays: 16,
         ..DecomposeSettings::default()
     };
@@ -173,21 +177,16 @@ fn alpha_infinity_is_the_sum_over_all_cells() {
     )
     .unwrap();
     let tree = NearTree::new(proxy);
+    let context = Context::new(&w, proxy, &settings, 0, &run);
     let mut rng = Rng::new(0, Stream::Near, 0, 0);
     for i in (0..samples.points.len()).step_by(53) {
         let (p, n) = (samples.points.p[i], samples.points.ns[i]);
-        let sh = sample_cluster(
-            &w,
-            proxy,
-            &samples.points,
-            &[i as u32],
-            &settings,
-            f32::INFINITY,
-            0,
-            i as u64,
-        );
-        let (found, _) =
-            point(&w, Some(&tree), None, &sh, p, n, &settings, f32::INFINITY, &mut rng);
+        let alpha = f32::INFINITY;
+        let bundle = Bundle { members: &[i as u32], rays: 16, alpha, element: i as u64 };
+        let sh = bundle.fit(&context, &samples.points);
+        let cells_near = CellSum { tree: &tree, traced: false, alpha };
+        let at = Receiver::of(&samples.points, i);
+        let total = sh.irradiance(n) + cells_near.near(&context, &sh, &at, &mut rng).0;
         let mut expected = Rgb::ZERO;
         for c in 0..cells.len() as u32 {
             let v = cells.corners[c as usize].map(|q| q - p);
@@ -206,9 +205,8 @@ fn alpha_infinity_is_the_sum_over_all_cells() {
                 radiosity.get(c, side) * (form_integral(&v, n).abs() / std::f64::consts::PI) as f32;
         }
         assert!(
-            (found.total - expected).abs().max_element() < 2e-3 * expected.max_element(),
-            "{} {expected}",
-            found.total
+            (total - expected).abs().max_element() < 2e-3 * expected.max_element(),
+            "{total} {expected}"
         );
     }
 }

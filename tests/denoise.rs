@@ -4,9 +4,10 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use nearfar::compare::{compare, read_reference};
+use nearfar::compare::{Truth, compare};
 use nearfar::ffi::oidn::{Denoiser, VARIABLE};
 use nearfar::film::{Film, read_exr};
+use nearfar::method::Method;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.toml");
 const TRUTH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.exr");
@@ -101,7 +102,7 @@ fn path_tracing_loses_its_noise_and_keeps_it_beside() {
     let common = ["--method", "path", "--spp", "16"];
     let noisy = folder.film("noisy", &common);
     let denoised = folder.film("denoised", &[&common[..], &["--denoise", "oidn"]].concat());
-    let truth = read_reference(TRUTH.as_ref()).unwrap();
+    let truth = Truth::read(TRUTH.as_ref()).unwrap();
     let error = |film: &Film| compare(film, SCENE.as_ref(), &truth).unwrap().errors;
     let (before, after) = (error(&noisy), error(&denoised));
     // Measured: 78 times less.
@@ -143,7 +144,9 @@ fn every_method_takes_it() {
         return;
     }
     let folder = Folder::new("methods");
-    for method in ["decomposition", "irradiance-cache", "gather", "path", "direct", "photon-map"] {
+    for method in Method::ALL {
+        let name = method.name();
+        let method = name;
         let film = folder.film(
             method,
             &[
@@ -152,7 +155,7 @@ fn every_method_takes_it() {
                 "--spp",
                 "2",
                 "--set",
-                "photon.count=1000",
+                "proxy.photons=1000",
                 "--method",
                 method,
                 "--denoise",

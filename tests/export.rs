@@ -117,7 +117,8 @@ fn textures_masks_and_every_light_have_their_counterpart() {
     let at = |name: &str| folder.0.join(name);
     std::fs::write(
         at("card.obj"),
-        "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nvt 0 0\nvt 0 1\nvt 1 1\nvt 1 0\nusemtl card\nf 1/1 2/2 3/3 4/4\nusemtl glow\nf 1/1 2/2 3/3\n",
+        "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nvt 0 0\nvt 0 1\nvt 1 1\nvt 1 0\nusemtl card\nf \
+         1/1 2/2 3/3 4/4\nusemtl glow\nf 1/1 2/2 3/3\n",
     )
     .unwrap();
     image::RgbImage::from_fn(4, 4, |x, y| image::Rgb([60 * x as u8, 60 * y as u8, 128]))
@@ -128,16 +129,20 @@ fn textures_masks_and_every_light_have_their_counterpart() {
         .unwrap();
     let lights = [
         "type = \"sun\"\ndirection_to_sun = [0, 1, 0]\nirradiance = [1, 1, 1]",
-        "type = \"sun\"\ndirection_to_sun = [1, 1, 0]\nirradiance = [1, 1, 1]\nangular_radius_deg = 0.3",
+        "type = \"sun\"\ndirection_to_sun = [1, 1, 0]\nirradiance = [1, 1, 1]\nangular_radius_deg \
+         = 0.3",
         "type = \"sky\"\nradiance = [1, 1, 1]",
         "type = \"point\"\nposition = [0, 1, 0]\nintensity = [1, 1, 1]",
-        "type = \"spot\"\nposition = [0, 1, 0]\ndirection = [0, -1, 0]\nintensity = [1, 1, 1]\ninner_deg = 10\nouter_deg = 20",
-        "type = \"quad\"\ncorner = [0, 2, 0]\nedge1 = [1, 0, 0]\nedge2 = [0, 0, 1]\nradiance = [1, 1, 1]",
+        "type = \"spot\"\nposition = [0, 1, 0]\ndirection = [0, -1, 0]\nintensity = [1, 1, \
+         1]\ninner_deg = 10\nouter_deg = 20",
+        "type = \"quad\"\ncorner = [0, 2, 0]\nedge1 = [1, 0, 0]\nedge2 = [0, 0, 1]\nradiance = \
+         [1, 1, 1]",
         "type = \"sphere\"\ncenter = [0, 3, 0]\nradius = 0.1\nradiance = [1, 1, 1]",
     ];
     let mut scene = String::from(
         "[camera]\neye = [0, 1, 2]\ntarget = [0, 0, 0]\n\n[[mesh]]\nfile = \"card.obj\"\n\n\
-         [material.card]\nalbedo = [0.5, 0.5, 0.5]\nalbedo_texture = \"paint.png\"\nopacity_texture = \"holes.png\"\n\n[material.glow]\nemission = [2, 2, 2]\n",
+         [material.card]\nalbedo = [0.5, 0.5, 0.5]\nalbedo_texture = \"paint.png\"\n\
+         opacity_texture = \"holes.png\"\n\n[material.glow]\nemission = [2, 2, 2]\n",
     );
     for light in lights {
         scene.push_str(&format!("\n[[light]]\n{light}\n"));

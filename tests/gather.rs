@@ -4,8 +4,9 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::length::Length;
 use nearfar::math::Frame;
-use nearfar::photon::{Estimate, PhotonSettings};
+use nearfar::photon::{Estimate, ProxySettings};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 use nearfar::sampling::{Rng, Stream, sample_cosine_hemisphere, sample_triangle};
@@ -21,8 +22,8 @@ fn world(meshes: Vec<Mesh>, materials: Vec<Material>, lights: Vec<Light>, eye: V
     World::new(&Scene { meshes, materials, lights, camera, ..Scene::default() }, Backend::Bvh, &Run::new(2).unwrap()).unwrap()
 }
 
-fn gather() -> PhotonSettings {
-    PhotonSettings { estimate: Estimate::Gather, count: 2000, direct_samples: 16, gather_rays: 32, ..PhotonSettings::default() }
+fn gather() -> ProxySettings {
+    ProxySettings { estimate: Estimate::Gather, photons: 2000, direct_samples: 16, gather_rays: 32, ..ProxySettings::default() }
 }
 
 #[test]
@@ -30,7 +31,7 @@ fn furnace() {
     let (le, albedo) = (2.0, 0.6);
     let walls = quads(&room(Vec3::ZERO, Vec3::ONE), 0, Sides::One);
     let w = world(vec![walls], vec![Material { emission: Rgb::splat(le), ..gray(albedo) }], Vec::new(), Vec3::splat(0.5), Vec3::X);
-    let (cells, r, stats) = solved(&w, 0.2, &PhotonSettings { direct_samples: 2048, ..gather() }, 2);
+    let (cells, r, stats) = solved(&w, 0.2, &ProxySettings { direct_samples: 2048, ..gather() }, 2);
     assert_eq!(stats.gathered, cells.len(), "everything is seen, backs are not");
     assert!(stats.residual < 1e-3 && stats.sweeps < gather().gather_sweeps);
     let expected = albedo * PI * le / (1.0 - albedo);
@@ -72,7 +73,7 @@ fn a_dark_room_stays_dark() {
     let lamp = Light::Point { position: Vec3::new(0.5, 0.6, 0.4), intensity: Rgb::ONE };
     for eye in [0.5, 1.5] {
         let w = world(vec![quads(&walls, 0, Sides::Two)], vec![gray(0.7)], vec![lamp.clone()], Vec3::new(eye, 0.5, 0.5), Vec3::new(eye, 1.0, 0.6));
-        let (cells, r, stats) = solved(&w, 0.1, &PhotonSettings { max_radius: 0.02, ..gather() }, 2);
+        let (cells, r, stats) = solved(&w, 0.1, &ProxySettings { max_radius: Length::PercentOfDiagonal(2.0), ..gather() }, 2);
         assert!(stats.gathered * 3 > cells.len(), "{} of {}", stats.gathered, cells.len());
         let mut sums = [0.0; 2];
         for c in 0..cells.len() as u32 {
@@ -121,7 +122,7 @@ fn buried_area_does_not_dilute() {
     let lamp = Light::Point { position: Vec3::new(0.4, 0.5, 1.2), intensity: Rgb::ONE };
     let w = world(meshes, vec![gray(0.6)], vec![lamp], Vec3::new(0.1, 0.1, 1.0), Vec3::new(1.0, 1.0, 0.3));
     let found = |estimate| {
-        let settings = PhotonSettings { estimate, gather_rays: 512, count: 200_000, neighbours: 100, ..gather() };
+        let settings = ProxySettings { estimate, gather_rays: 512, photons: 200_000, neighbours: 100, ..gather() };
         let (cells, r, _) = solved(&w, 0.9, &settings, 2);
         let mut rng = Rng::new(4, Stream::Test, 0, 0);
         let (mut sum, mut truth) = (0.0, 0.0);

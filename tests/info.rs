@@ -6,9 +6,10 @@ use std::process::Command;
 
 use glam::Vec3;
 use nearfar::accel::Backend;
-use nearfar::info::{SceneInfo, camera_inside_wall, scene_info};
+use nearfar::info::{SceneInfo, scene_info};
 use nearfar::load::load;
 use nearfar::method::decompose::DecomposeSettings;
+use nearfar::render::camera_inside_wall;
 use nearfar::scene::{Camera, Light, Mesh, Scene};
 use serde_json::Value;
 

@@ -2,13 +2,15 @@
 //! wall.
 
 use glam::Vec3;
-use nearfar::method::decompose::cluster::cluster;
-use nearfar::method::decompose::far::{sample, sample_cluster};
-use nearfar::method::decompose::interpolate::FarField;
-use nearfar::method::decompose::near::NearTree;
-use nearfar::method::decompose::reconstruct::{point, reconstruct};
-use nearfar::method::decompose::validity::{Sight, separate};
-use nearfar::method::decompose::{DecomposeSettings, Length, NearVisibility, prepare, render};
+use nearfar::length::Length;
+use nearfar::method::decompose::far::cluster::{Bounds, cluster};
+use nearfar::method::decompose::far::sight::separate;
+use nearfar::method::decompose::far::{Bundle, FarField, SampledClusters, Sight, sample};
+use nearfar::method::decompose::near::cells::{CellSum, NearTree};
+use nearfar::method::decompose::pass3::{Far, Pass3};
+use nearfar::method::decompose::{
+    Context, DecomposeSettings, Lengths, NearVisibility, Receiver, prepare, render,
+};
 use nearfar::method::gather::gather;
 use nearfar::method::stage::Inputs;
 use nearfar::photon::CellRadiosity;
@@ -36,7 +38,7 @@ fn plate(mesh: &mut Mesh, half: f32, height: f32) -> [Vec3; 4] {
 
 /// Irradiance over π at the origin of a black floor under a white sky with black plates above;
 /// alpha holds all the plates.
-fn irradiance_under_plates(heights: &[f32], near_visibility: NearVisibility) -> (f32, Vec<f32>) {
+fn irradiance_under_plates(heights: &[f32], traced: bool) -> (f32, Vec<f32>) {
     let mut mesh = Mesh::default();
     let factors = heights
         .iter()
@@ -67,40 +69,33 @@ fn irradiance_under_plates(heights: &[f32], near_visibility: NearVisibility) -> 
         points.ng.push(Vec3::Y);
         points.ns.push(Vec3::Y);
     }
-    let settings = DecomposeSettings { near_visibility, ..DecomposeSettings::default() };
-    let alpha = 10.0;
-    let sh = sample_cluster(&w, proxy, &points, &[0, 1], &settings, alpha, 0, 0);
-    let tree = NearTree::new(proxy);
-    let (found, _) = point(
-        &w,
-        Some(&tree),
-        None,
-        &sh,
-        Vec3::ZERO,
-        Vec3::Y,
-        &settings,
-        alpha,
-        &mut Rng::new(0, Stream::Near, 0, 0),
-    );
-    (found.total.x / std::f32::consts::PI, factors)
+    let (settings, run, alpha) = (DecomposeSettings::default(), Run::new(1).unwrap(), 10.0);
+    let context = Context::new(&w, proxy, &settings, 0, &run);
+    let bundle = Bundle { members: &[0, 1], rays: settings.rays, alpha, element: 0 };
+    let sh = bundle.fit(&context, &points);
+    let at = Receiver { p: Vec3::ZERO, ng: Vec3::Y, ns: Vec3::Y, footprint: 0.0 };
+    let cells_near = CellSum { tree: &NearTree::new(proxy), traced, alpha };
+    let mut rng = Rng::new(0, Stream::Near, 0, 0);
+    let total = sh.irradiance(Vec3::Y) + cells_near.near(&context, &sh, &at, &mut rng).0;
+    (total.x / std::f32::consts::PI, factors)
 }
 
 #[test]
 fn a_black_plate_under_a_white_sky() {
-    let (e, f) = irradiance_under_plates(&[0.5], NearVisibility::Assumed);
+    let (e, f) = irradiance_under_plates(&[0.5], false);
     // Rays from 50 units away still meet the plate once in a few thousand: 1e-3.
     assert!((e - (1.0 - f[0])).abs() < 2e-3, "{e} {}", 1.0 - f[0]);
 }
 
 #[test]
 fn a_hidden_plate_is_subtracted_twice_unless_visibility_is_traced() {
-    let (assumed, f) = irradiance_under_plates(&[0.5, 0.7], NearVisibility::Assumed);
+    let (assumed, f) = irradiance_under_plates(&[0.5, 0.7], false);
     assert!(
         (assumed - (1.0 - f[0] - f[1])).abs() < 3e-3,
         "the course's assumption: {assumed} {}",
         1.0 - f[0] - f[1]
     );
-    let (traced, _) = irradiance_under_plates(&[0.5, 0.7], NearVisibility::Traced);
+    let (traced, _) = irradiance_under_plates(&[0.5, 0.7], true);
     assert!((traced - (1.0 - f[0])).abs() < 3e-3, "traced: {traced} {}", 1.0 - f[0]);
 }
 
@@ -210,22 +205,18 @@ fn leaks(scene: &Scene, bright: impl Fn(Vec3) -> bool, dark: impl Fn(Vec3) -> bo
         rays: 256,
         ..DecomposeSettings::default()
     };
-    let lengths = settings.lengths(w.diagonal);
-    let plain = cluster(
-        &points,
-        (0..points.len() as u32).collect(),
-        lengths.cluster_radius,
-        settings.cluster_normal_cos,
-        0,
-    );
+    let context = Context::new(&w, proxy, &settings, 0, &run);
+    let Lengths { cluster_radius: radius, blend_radius, .. } = context.lengths;
+    let bounds = Bounds { radius, normal_cos: settings.cluster_normal_cos };
+    let plain = cluster(&points, (0..points.len() as u32).collect(), bounds, 0);
     let count = |sight: bool| {
         let clusters = if sight { separate(&w, &points, &plain) } else { plain.clone() };
-        let (sh, _) = sample(&w, proxy, &points, &clusters, &settings, 0, &run).unwrap();
-        let field =
-            FarField::new(&clusters, &sh, lengths.blend_radius, settings.blend_normal_power);
-        let field = if sight { field.with_sight(Sight::new(&w, &clusters)) } else { field };
-        let found =
-            reconstruct(&w, proxy, &points, &field, None, None, &settings, 0, &run).unwrap();
+        let (sh, _) = sample(&context, &points, &clusters).unwrap();
+        let sampled = SampledClusters { clusters, sh };
+        let field = FarField::new(&sampled, blend_radius, settings.blend_normal_power);
+        let field = if sight { field.with_sight(Sight::new(&w, &sampled.clusters)) } else { field };
+        let mut pass3 = Pass3::new(context, &sampled).with_far(Far::Blended(field));
+        let found = pass3.irradiance(&points).unwrap();
         found.iter().zip(&points.p).filter(|(f, p)| dark(**p) && f.total.x > 1e-3).count()
     };
     [count(false), count(true), points.p.iter().filter(|p| dark(**p)).count()]

@@ -3,7 +3,8 @@
 use glam::Vec3;
 use nearfar::accel::Backend;
 use nearfar::film::{Film, Precision, read_exr, write_exr};
-use nearfar::method::path::{PathSettings, reference, render};
+use nearfar::method::MethodStatistics;
+use nearfar::method::path::{PathSettings, PathStatistics, reference, render};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 use nearfar::scene::{Camera, Light, Material, Mesh, Scene};
@@ -313,8 +314,10 @@ fn target_error_stops_and_is_met() {
         &run,
     )
     .unwrap();
-    assert!(done.stats["noise_relmse"].as_f64().unwrap() < 0.01);
-    let spp = done.stats["spp"].as_u64().unwrap();
+    let MethodStatistics::Path(PathStatistics { spp, noise_relmse }) = done.statistics else {
+        panic!("{:?}", done.statistics)
+    };
+    assert!(noise_relmse < 0.01);
     assert!((4..20_000).contains(&spp), "{spp}");
 }
 

@@ -5,8 +5,9 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::length::Length;
 use nearfar::photon::{
-    CellRadiosity, Estimate, Photon, PhotonMap, PhotonSettings, ProxyStats, SurfaceIndex, solve,
+    CellRadiosity, Estimate, Photon, PhotonMap, ProxySettings, ProxyStats, SurfaceIndex, solve,
     trace,
 };
 use nearfar::radiometry::Rgb;
@@ -54,7 +55,7 @@ fn world(meshes: Vec<Mesh>, materials: Vec<Material>, lights: Vec<Light>) -> Wor
 pub(crate) fn solved(
     world: &World,
     near_cell: f32,
-    settings: &PhotonSettings,
+    settings: &ProxySettings,
     threads: usize,
 ) -> (Cells, CellRadiosity, ProxyStats) {
     let run = Run::new(threads).unwrap();
@@ -73,12 +74,12 @@ pub(crate) fn mean_indirect(cells: &Cells, r: &CellRadiosity, side: Side) -> Rgb
     sum / area
 }
 
-fn few(count: u32) -> PhotonSettings {
-    PhotonSettings {
-        count,
+fn few(count: u32) -> ProxySettings {
+    ProxySettings {
+        photons: count,
         direct_samples: 4,
         estimate: Estimate::Cells,
-        ..PhotonSettings::default()
+        ..ProxySettings::default()
     }
 }
 
@@ -95,7 +96,7 @@ fn plane_edge_and_corner() {
     let geometry = Geometry::new(&scene);
     let cells = Cells::new(&geometry, 0.07).unwrap();
     let (n, sets, k) = (4000, 300, 50u32);
-    let mut corrected = PhotonSettings { neighbours: k, ..PhotonSettings::default() };
+    let mut corrected = ProxySettings { neighbours: k, ..ProxySettings::default() };
     let mut sums = [[0.0f64; 3]; 2];
     let mut squares = 0.0;
     let places = [Vec3::new(0.5, 0.5, 0.0), Vec3::new(0.5, 0.0, 0.0), Vec3::ZERO];
@@ -176,7 +177,7 @@ fn stored_power_is_the_albedo_series() {
     );
     let energy: f64 = traced.photons.iter().map(|p| f64::from(p.flux.x)).sum();
     for estimate in BOTH {
-        let (cells, r, stats) = solved(&w, 0.3, &PhotonSettings { estimate, ..few(count) }, 2);
+        let (cells, r, stats) = solved(&w, 0.3, &ProxySettings { estimate, ..few(count) }, 2);
         let area: f32 = (0..cells.len() as u32).map(|c| cells.area(c)).sum();
         let found = mean_indirect(&cells, &r, Side::Front).x * area;
         assert!(
@@ -197,7 +198,7 @@ fn furnace() {
         let (cells, r, _) = solved(
             &w,
             0.2,
-            &PhotonSettings { estimate, neighbours: 200, direct_samples: 64, ..few(1 << 17) },
+            &ProxySettings { estimate, neighbours: 200, direct_samples: 64, ..few(1 << 17) },
             2,
         );
         // E = πLe/(1 − ρ), of which πLe is direct; emission itself is left out.
@@ -258,7 +259,7 @@ fn integrating_sphere() {
     let expected = albedo * intensity / (radius * radius * (1.0 - albedo));
     for estimate in BOTH {
         let (cells, r, _) =
-            solved(&w, 0.5, &PhotonSettings { estimate, neighbours: 100, ..few(40_000) }, 2);
+            solved(&w, 0.5, &ProxySettings { estimate, neighbours: 100, ..few(40_000) }, 2);
         let mean = mean_indirect(&cells, &r, Side::Front).x;
         // The polyhedron's area is 0.6 % below the sphere's; noise of 40 000 paths about 0.5 %.
         assert!((mean / expected - 1.0).abs() < 0.02, "{estimate:?}: {mean} {expected}");
@@ -283,7 +284,12 @@ fn thin_wall_and_sheet_do_not_leak() {
         let (cells, r, _) = solved(
             &w,
             0.1,
-            &PhotonSettings { estimate, neighbours: 200, max_radius: 0.2, ..few(20_000) },
+            &ProxySettings {
+                estimate,
+                neighbours: 200,
+                max_radius: Length::PercentOfDiagonal(20.0),
+                ..few(20_000)
+            },
             2,
         );
         let mut lit = 0;
@@ -315,8 +321,16 @@ fn sky_is_indirect_and_lights_both_sides() {
     let w =
         world(vec![sheet], vec![gray(0.5)], vec![Light::Sky { radiance: Rgb::new(1.0, 2.0, 4.0) }]);
     for estimate in BOTH {
-        let (cells, r, _) =
-            solved(&w, 0.1, &PhotonSettings { estimate, max_radius: 0.5, ..few(1 << 16) }, 2);
+        let (cells, r, _) = solved(
+            &w,
+            0.1,
+            &ProxySettings {
+                estimate,
+                max_radius: Length::PercentOfDiagonal(50.0),
+                ..few(1 << 16)
+            },
+            2,
+        );
         for side in [Side::Front, Side::Back] {
             let e = mean_indirect(&cells, &r, side) / Rgb::new(1.0, 2.0, 4.0) / PI;
             assert!((e - Rgb::ONE).abs().max_element() < 0.03, "{estimate:?} {side:?}: {e}");
@@ -345,7 +359,7 @@ fn direct_light_is_exact() {
         radiance: Rgb::new(1.0, 2.0, 3.0),
     };
     let w = world(vec![floor], vec![gray(0.5)], vec![lamp]);
-    let (_, r, _) = solved(&w, 1.0, &PhotonSettings { direct_samples: 4096, ..few(1000) }, 1);
+    let (_, r, _) = solved(&w, 1.0, &ProxySettings { direct_samples: 4096, ..few(1000) }, 1);
     let mean = (r.get(0, Side::Front) + r.get(1, Side::Front)) / 2.0;
     let expected = Rgb::new(1.0, 2.0, 3.0) * (0.5 * PI * 0.137_671_753);
     assert!((mean / expected - Rgb::ONE).abs().max_element() < 2e-3, "{mean} {expected}");
@@ -366,7 +380,7 @@ fn same_bits_for_any_thread_count() {
     let w =
         world(vec![quads(&room(Vec3::ZERO, Vec3::ONE), 0, Sides::One)], vec![gray(0.6)], lights);
     for estimate in BOTH {
-        let settings = PhotonSettings { estimate, ..few(20_000) };
+        let settings = ProxySettings { estimate, ..few(20_000) };
         let (_, one, stats) = solved(&w, 0.05, &settings, 1);
         for threads in [2, 8] {
             let (_, other, others) = solved(&w, 0.05, &settings, threads);
@@ -386,13 +400,14 @@ fn interruption_is_an_error() {
     #[derive(Debug)]
     struct Quiet;
     impl nearfar::run::Reporter for Quiet {
+        fn warn(&self, _: &str) {}
         fn begin(&self, _: &str, _: u64) {}
         fn advance(&self, _: u64) {}
         fn end(&self) {}
     }
     let run = Run::new(1).unwrap().with_reporter(Box::new(Quiet), std::sync::Arc::new(true.into()));
     assert!(matches!(
-        solve(&w, &cells, &PhotonSettings::default(), 1, &run),
+        solve(&w, &cells, &ProxySettings::default(), 1, &run),
         Err(nearfar::error::Error::Interrupted)
     ));
 }

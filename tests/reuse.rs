@@ -5,15 +5,18 @@ use std::process::Command;
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::compare::{Truth, errors};
 use nearfar::film::{Film, read_exr};
-use nearfar::method::decompose::near_boxes::NearBoxes;
+use nearfar::length::Length;
+use nearfar::method::decompose::near::boxes::NearBoxes;
 use nearfar::method::decompose::store::{Known, key, load, save};
 use nearfar::method::decompose::{
-    DecomposeSettings, Length, NearNoise, picture, picture_with, plan, prepare, render, resume,
+    DecomposeSettings, NearNoise, picture, picture_with, plan, prepare, render, resume,
 };
 use nearfar::method::key::Key;
 use nearfar::method::stage::Inputs;
-use nearfar::photon::PhotonSettings;
+use nearfar::photon::ProxySettings;
+use nearfar::radiometry::Rgb;
 use nearfar::record::RecordSettings;
 use nearfar::run::Run;
 use nearfar::scene::{Camera, Fingerprint, Light, Mesh, Scene, Sides};
@@ -23,7 +26,7 @@ use crate::support::{backends, cuboid, small_room, world};
 
 struct Settings {
     decompose: DecomposeSettings,
-    photon: PhotonSettings,
+    photon: ProxySettings,
     record: RecordSettings,
     direct: DirectSettings,
 }
@@ -35,7 +38,7 @@ impl Settings {
             rays: 128,
             ..DecomposeSettings::default()
         };
-        let photon = PhotonSettings { count: 20_000, ..PhotonSettings::default() };
+        let photon = ProxySettings { photons: 20_000, ..ProxySettings::default() };
         Self {
             decompose,
             photon,
@@ -105,8 +108,8 @@ fn what_is_loaded_is_what_was_saved_and_gives_the_same_picture() {
         assert!(known == Known::new(&first));
         let again = resume(&w, &s.decompose, inputs, known, &run).unwrap();
         assert_eq!(
-            (again.clusters.len(), again.earlier, again.sides_added),
-            (first.clusters.len(), first.clusters.len(), 0)
+            (again.sampled.clusters.len(), again.earlier, again.sides_added),
+            (first.sampled.clusters.len(), first.sampled.clusters.len(), 0)
         );
         let fresh = picture(&w, &s.decompose, &first, 5, &run).unwrap().film;
         assert!(
@@ -120,18 +123,14 @@ fn what_is_loaded_is_what_was_saved_and_gives_the_same_picture() {
     }
 }
 
-fn luminances(film: &Film) -> Vec<f32> {
-    film.rgb("irradiance").unwrap().iter().map(|c| c.element_sum() / 3.0).collect()
-}
-
-/// Relative mean squared difference and relative difference of the means.
-fn difference(a: &Film, b: &Film) -> (f32, f32) {
-    let (a, b) = (luminances(a), luminances(b));
-    let mean = b.iter().sum::<f32>() / b.len() as f32;
-    let square =
-        a.iter().zip(&b).map(|(a, b)| (a - b).powi(2) / (b * b + 0.01 * mean * mean)).sum::<f32>()
-            / a.len() as f32;
-    (square, a.iter().sum::<f32>() / b.iter().sum::<f32>() - 1.0)
+/// Relative mean squared difference and relative difference of the means of the irradiance.
+fn difference(a: &Film, b: &Film) -> (f64, f64) {
+    let grey = |film: &Film| -> Vec<Rgb> {
+        let layer = film.rgb("irradiance").unwrap();
+        layer.iter().map(|c| Rgb::splat(c.element_sum() / 3.0)).collect()
+    };
+    let e = errors(&grey(a), &Truth::exact(b.width, b.height, &grey(b)));
+    (e.relmse, e.bias)
 }
 
 #[test]
@@ -150,13 +149,18 @@ fn another_camera_adds_what_it_sees_first_and_looks_as_if_fresh() {
     let (first, extended, film) = picture_of(2, &mut w);
     let run = Run::new(2).unwrap();
     let fresh = prepare(&w, &s.decompose, s.inputs(&w), &run).unwrap();
-    let added = extended.clusters.len() - extended.earlier;
+    let added = extended.sampled.clusters.len() - extended.earlier;
     assert!(added > 5, "{added} clusters");
-    assert!(added < fresh.clusters.len(), "{added} added, {} fresh", fresh.clusters.len());
+    assert!(
+        added < fresh.sampled.clusters.len(),
+        "{added} added, {} fresh",
+        fresh.sampled.clusters.len()
+    );
     // What was there stays, bit for bit.
     assert!(
-        extended.sh[..first.sh.len()] == first.sh
-            && extended.clusters.center[..first.sh.len()] == first.clusters.center
+        extended.sampled.sh[..first.sampled.sh.len()] == first.sampled.sh
+            && extended.sampled.clusters.center[..first.sampled.sh.len()]
+                == first.sampled.clusters.center
     );
     let (old, new) = (&first.stage.radiosity, &extended.stage.radiosity);
     for c in 0..old.len() {
@@ -242,11 +246,11 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
     );
     refused(&with(&|s| s.decompose.alpha = Length::PercentOfDiagonal(9.0)), "decompose.alpha is");
     refused(&with(&|s| s.decompose.near_cell = Some(Length::Units(0.3))), "decompose.near_cell is");
-    refused(&with(&|s| s.photon.gather_rays = 8), "photon.gather_rays is 16 there and 8 here");
+    refused(&with(&|s| s.photon.gather_rays = 8), "proxy.gather_rays is 16 there and 8 here");
     // The last pass and the camera's samples may be others.
     let last = with(&|s| {
         s.decompose.near_rays = 4;
-        s.decompose.near_noise = NearNoise::World;
+        s.decompose.near_noise = Some(NearNoise::World);
         s.decompose.alpha = Length::Units(s.decompose.lengths(w.diagonal).alpha);
         s.record.spp = 9;
     });
@@ -268,7 +272,7 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
     std::fs::write(&file, &good[..60]).unwrap();
     refused(&own, "PLY");
     let mut damaged = known.clone();
-    damaged.sh[3].0[0].x = f32::NAN;
+    damaged.sampled.sh[3].0[0].x = f32::NAN;
     save(&file, &own, &damaged, &s.decompose).unwrap();
     refused(&own, "cluster 3 is damaged");
     let mut damaged = known;
@@ -280,7 +284,7 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
 #[test]
 fn a_planned_path_needs_nothing_more_and_threads_do_not_matter() {
     let mut s = Settings::new();
-    s.decompose.near_noise = NearNoise::World;
+    s.decompose.near_noise = Some(NearNoise::World);
     let mut w = world(&small_room(), Backend::Bvh);
     let (start, end) = (small_room().camera, aside(&small_room().camera));
     let views = [start.clone(), start.clone(), end.clone()];
@@ -288,7 +292,7 @@ fn a_planned_path_needs_nothing_more_and_threads_do_not_matter() {
         let run = Run::new(threads).unwrap();
         w.camera = start.clone();
         let mut prepared = plan(&w, &s.decompose, s.inputs(&w), &views, None, &run).unwrap();
-        let clusters = prepared.clusters.len();
+        let clusters = prepared.sampled.clusters.len();
         let mut boxes = NearBoxes::default();
         let frames: Vec<_> = views
             .iter()
@@ -302,9 +306,9 @@ fn a_planned_path_needs_nothing_more_and_threads_do_not_matter() {
                 )
             })
             .collect();
-        assert_eq!(prepared.clusters.len(), clusters);
+        assert_eq!(prepared.sampled.clusters.len(), clusters);
         prepared.look(&w, &s.decompose, s.inputs(&w), true, &run).unwrap();
-        let missing = prepared.clusters.len() - clusters;
+        let missing = prepared.sampled.clusters.len() - clusters;
         assert!(missing * 20 < clusters, "{missing} of {clusters} clusters were not planned");
         frames
     };
@@ -344,7 +348,7 @@ fn fly_as_a_user_types_it() {
         "--spp",
         "2",
         "--set",
-        "photon.count=5000",
+        "proxy.photons=5000",
         "--set",
         "decompose.rays=64",
     ];
@@ -408,7 +412,7 @@ fn caches_as_a_user_types_them() {
     let folder = Folder::new("cli");
     let at = |name: &str| folder.at(name).display().to_string();
     let (cache, a, b, stats) = (at("c.ply"), at("a.exr"), at("b.exr"), at("s.json"));
-    let common = ["--size", "24x24", "--spp", "2", "--set", "photon.count=5000", "-q"];
+    let common = ["--size", "24x24", "--spp", "2", "--set", "proxy.photons=5000", "-q"];
     let run = |arguments: &[&str]| nearfar(&[&["render", SCENE], &common[..], arguments].concat());
     assert_eq!(run(&["-o", &a, "--save-cache", &cache]).0, 0);
     let (code, _, err) = run(&["-o", &b, "--load-cache", &cache, "--stats", &stats]);

@@ -65,7 +65,10 @@ fn nine(name: &str) -> (PathBuf, PathBuf) {
 
 fn open(html: &Path, width: u32, height: u32) -> Option<Page> {
     let mut page = Page::open(html, width, height)?;
-    page.wait_for("document.getElementById('message').hidden || document.getElementById('message').textContent !== 'Loading…'");
+    page.wait_for(
+        "document.getElementById('message').hidden || \
+         document.getElementById('message').textContent !== 'Loading…'",
+    );
     assert_eq!(
         page.evaluate("document.getElementById('message').textContent"),
         "Loading…",
@@ -89,17 +92,24 @@ fn places(page: &mut Page, count: usize) -> Vec<[f64; 2]> {
 
 fn choose(page: &mut Page, channel: &str) {
     page.evaluate(&format!(
-        "(() => {{ const s = document.getElementById('channel'); s.value = [...s.options].find(o => o.text === '{channel}').value; s.dispatchEvent(new Event('change')); }})()"
+        "(() => {{ const s = document.getElementById('channel'); s.value = [...s.options].find(o \
+         => o.text === '{channel}').value; s.dispatchEvent(new Event('change')); }})()"
     ));
 }
 
 fn slide(page: &mut Page, id: &str, value: i32) {
-    page.evaluate(&format!("(() => {{ const s = document.getElementById('{id}'); s.value = {value}; s.dispatchEvent(new Event('input')); }})()"));
+    page.evaluate(&format!(
+        "(() => {{ const s = document.getElementById('{id}'); s.value = {value}; \
+         s.dispatchEvent(new Event('input')); }})()"
+    ));
 }
 
 /// Values of the picked element, by name.
 fn picked(page: &mut Page) -> serde_json::Value {
-    page.evaluate("Object.fromEntries([...document.querySelectorAll('#picked tr')].map(r => [r.cells[0].textContent, r.cells[1].textContent]))")
+    page.evaluate(
+        "Object.fromEntries([...document.querySelectorAll('#picked tr')].map(r => \
+         [r.cells[0].textContent, r.cells[1].textContent]))",
+    )
 }
 
 #[test]
@@ -238,7 +248,11 @@ fn a_phone_shows_it_too() {
 fn points_without_normals_and_other_types_are_shown() {
     let folder = folder("types");
     let ply = folder.join("types.ply");
-    let mut bytes = b"ply\nformat binary_little_endian 1.0\ncomment types\nelement vertex 2\nproperty double x\nproperty float y\nproperty float z\nproperty uint id\nproperty short s\nproperty float bad\nelement face 0\nproperty list uchar int v\nend_header\n".to_vec();
+    let mut bytes = b"ply\nformat binary_little_endian 1.0\ncomment types\nelement vertex \
+                      2\nproperty double x\nproperty float y\nproperty float z\nproperty uint \
+                      id\nproperty short s\nproperty float bad\nelement face 0\nproperty list \
+                      uchar int v\nend_header\n"
+        .to_vec();
     for (x, id) in [(0.1f64, u32::MAX), (2.0, 16_777_217)] {
         bytes.extend(x.to_le_bytes());
         bytes.extend([1.0f32, 0.1].iter().flat_map(|v| v.to_le_bytes()));
@@ -255,7 +269,9 @@ fn points_without_normals_and_other_types_are_shown() {
     page.click(at[second]);
     assert_eq!(
         picked(&mut page),
-        serde_json::json!({ "x": "2", "y": "1", "z": "0.1", "id": "16777217", "s": "-7", "bad": "NaN" })
+        serde_json::json!({
+            "x": "2", "y": "1", "z": "0.1", "id": "16777217", "s": "-7", "bad": "NaN"
+        })
     );
     choose(&mut page, "bad");
     page.assert_quiet();

@@ -21,11 +21,11 @@ use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::cwbvh::node::CwBvhNode;
 use obvhs::cwbvh::{BRANCHING, CwBvh};
 use obvhs::triangle::Triangle;
-use wide::f32x8;
 
 use super::RayQuery;
 use super::watertight::{Sheared, Touch};
 use crate::error::{Error, Result};
+use crate::ffi::lanes::{self, Kernel, Lanes};
 use crate::math::{Aabb, Hit, Ray};
 use crate::tessellate::Geometry;
 
@@ -84,7 +84,7 @@ impl BvhScene {
     /// Calls `visit` with every hit in the interval that is open at the time; `visit` returns the
     /// new end of the interval.
     #[inline(always)]
-    fn walk(&self, ray: &Ray, mut visit: impl FnMut(Hit) -> f32) {
+    fn walk<L: Lanes>(&self, ray: &Ray, mut visit: impl FnMut(Hit) -> f32) {
         let Some(sheared) = Sheared::new(ray) else { return };
         if self.bvh.nodes.is_empty() {
             return;
@@ -93,37 +93,63 @@ impl BvhScene {
         let mut t_max = ray.t_max;
         let mut state = self.bvh.new_traversal(ray.dir.into());
         let mut node;
-        obvhs::traverse!(self.bvh, node, state, slabs.children(node, t_max, state.oct_inv4), {
-            let slot = state.primitive_id as usize;
-            if let Some(Touch { t, u, v }) = sheared.touch(&self.corners[slot], t_max) {
-                let triangle = self.bvh.primitive_indices[slot];
-                if !self.masked || self.geometry.exists(triangle, u, v) {
-                    t_max = visit(Hit { t, u, v, triangle });
-                    if t_max <= ray.t_min {
-                        return;
+        obvhs::traverse!(
+            self.bvh,
+            node,
+            state,
+            slabs.children::<L>(node, t_max, state.oct_inv4),
+            {
+                let slot = state.primitive_id as usize;
+                if let Some(Touch { t, u, v }) = sheared.touch(&self.corners[slot], t_max) {
+                    let triangle = self.bvh.primitive_indices[slot];
+                    if !self.masked || self.geometry.exists(triangle, u, v) {
+                        t_max = visit(Hit { t, u, v, triangle });
+                        if t_max <= ray.t_min {
+                            return;
+                        }
                     }
                 }
             }
-        });
+        );
     }
 }
 
-impl RayQuery for BvhScene {
-    fn closest(&self, ray: &Ray) -> Option<Hit> {
+/// The closest hit of a ray.
+struct Closest<'a>(&'a BvhScene, &'a Ray);
+impl Kernel for Closest<'_> {
+    type Output = Option<Hit>;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Option<Hit> {
         let mut closest = None;
-        self.walk(ray, |hit| {
+        self.0.walk::<L>(self.1, |hit| {
             closest = Some(hit);
             hit.t
         });
         closest
     }
-    fn occluded(&self, ray: &Ray) -> bool {
+}
+
+/// Whether a ray hits anything.
+struct Occluded<'a>(&'a BvhScene, &'a Ray);
+impl Kernel for Occluded<'_> {
+    type Output = bool;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
         let mut any = false;
-        self.walk(ray, |_| {
+        self.0.walk::<L>(self.1, |_| {
             any = true;
             f32::NEG_INFINITY
         });
         any
+    }
+}
+
+impl RayQuery for BvhScene {
+    fn closest(&self, ray: &Ray) -> Option<Hit> {
+        lanes::run(Closest(self, ray))
+    }
+    fn occluded(&self, ray: &Ray) -> bool {
+        lanes::run(Occluded(self, ray))
     }
     fn bounds(&self) -> Aabb {
         self.geometry.bounds
@@ -171,7 +197,7 @@ impl Slabs {
 
     /// The children of a node whose padded boxes the ray meets, as the bits that `traverse!` wants.
     #[inline(always)]
-    fn children(&self, node: &CwBvhNode, t_max: f32, oct_inv4: u32) -> u32 {
+    fn children<L: Lanes>(&self, node: &CwBvhNode, t_max: f32, oct_inv4: u32) -> u32 {
         let extent = node.compute_extent();
         let from_origin = Vec3A::from(node.p) - self.origin;
         let pad = (from_origin.abs() + extent * 255.0).max_element() * PADDING;
@@ -179,8 +205,8 @@ impl Slabs {
         let start = from_origin * self.inv_dir;
         let slack = self.inv_dir.abs() * pad;
         let (enter, leave) = (start - slack, start + slack);
-        let mut t_in = f32x8::splat(self.t_min);
-        let mut t_out = f32x8::splat(t_max);
+        let mut t_in = L::splat(self.t_min);
+        let mut t_out = L::splat(t_max);
         let planes = [
             (&node.child_min_x, &node.child_max_x),
             (&node.child_min_y, &node.child_max_y),
@@ -188,11 +214,11 @@ impl Slabs {
         ];
         for (axis, (low, high)) in planes.into_iter().enumerate() {
             let (first, last) = if self.negative[axis] { (high, low) } else { (low, high) };
-            let scale = f32x8::splat(scale[axis]);
-            t_in = t_in.fast_max(lanes(first).mul_add(scale, f32x8::splat(enter[axis])));
-            t_out = t_out.fast_min(lanes(last).mul_add(scale, f32x8::splat(leave[axis])));
+            let scale = L::splat(scale[axis]);
+            t_in = t_in.max(L::from_bytes(first).mul_add(scale, L::splat(enter[axis])));
+            t_out = t_out.min(L::from_bytes(last).mul_add(scale, L::splat(leave[axis])));
         }
-        let mut met = t_in.simd_le(t_out).to_bitmask();
+        let mut met = t_in.le(t_out).to_bitmask();
         let (child_bits, bit_index) = node.get_child_and_index_bits(oct_inv4);
         let mut mask = 0;
         while met != 0 {
@@ -204,7 +230,39 @@ impl Slabs {
     }
 }
 
-#[inline(always)]
-fn lanes(bytes: &[u8; 8]) -> f32x8 {
-    f32x8::from(bytes.map(|b| i32::from(b) as f32))
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::{Rng, Stream, sample_uniform_sphere};
+    use crate::scene::{Material, Mesh, Scene};
+
+    #[test]
+    fn both_forms_of_the_walk_find_the_same_bits() {
+        let mut rng = Rng::new(11, Stream::Test, 0, 0);
+        let mut random = || Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
+        let positions: Vec<Vec3> = (0..3000)
+            .flat_map(|_| {
+                let at = random();
+                [at, at + random() * 0.1, at + random() * 0.1]
+            })
+            .collect();
+        let triangles: Vec<[u32; 3]> = (0..3000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let mesh = Mesh { materials: vec![0; 3000], positions, triangles, ..Mesh::default() };
+        let materials = vec![Material::default()];
+        let scene = Scene { meshes: vec![mesh], materials, ..Scene::default() };
+        let bvh = BvhScene::build(&Arc::new(Geometry::new(&scene)), 1).unwrap();
+        let mut found = 0;
+        for _ in 0..5000 {
+            let origin = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
+            let ray = Ray::new(origin, sample_uniform_sphere(rng.next_2d()));
+            let (vector, plain) = (bvh.closest(&ray), lanes::run_plain(Closest(&bvh, &ray)));
+            assert_eq!(
+                vector.map(|h| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.triangle)),
+                plain.map(|h| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.triangle))
+            );
+            assert_eq!(bvh.occluded(&ray), lanes::run_plain(Occluded(&bvh, &ray)));
+            found += usize::from(plain.is_some());
+        }
+        assert!((1000..4900).contains(&found), "{found} of 5000 rays hit");
+    }
 }

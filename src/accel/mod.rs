@@ -50,9 +50,8 @@ pub trait RayQuery: Send + Sync + std::fmt::Debug {
 }
 
 /// Which backend answers.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, clap::ValueEnum,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Backend {
     /// Embree 4.3 or later.
@@ -60,13 +59,39 @@ pub enum Backend {
     /// The pure-Rust BVH.
     Bvh,
     /// Brute force: tests only.
-    #[value(skip)]
+    #[cfg_attr(feature = "cli", value(skip))]
     Brute,
 }
 
 impl Default for Backend {
     fn default() -> Self {
         if cfg!(feature = "embree") { Self::Embree } else { Self::Bvh }
+    }
+}
+
+impl crate::settings::Value for Backend {
+    const KIND: &'static str = "choice";
+    fn read(value: &toml::Value) -> Option<Self> {
+        match value.as_str()? {
+            "embree" => Some(Self::Embree),
+            "bvh" => Some(Self::Bvh),
+            "brute" => Some(Self::Brute),
+            _ => None,
+        }
+    }
+    fn show(&self) -> String {
+        match self {
+            Self::Embree => "embree",
+            Self::Bvh => "bvh",
+            Self::Brute => "brute",
+        }
+        .to_owned()
+    }
+    fn choices() -> Vec<crate::settings::Choice> {
+        vec![
+            crate::settings::Choice { name: "embree", meaning: "Embree 4.3 or later." },
+            crate::settings::Choice { name: "bvh", meaning: "The pure-Rust BVH." },
+        ]
     }
 }
 
@@ -84,7 +109,11 @@ pub fn build(
         #[cfg(feature = "embree")]
         Backend::Embree => Ok(Box::new(embree::EmbreeScene::build(geometry, threads)?)),
         #[cfg(not(feature = "embree"))]
-        Backend::Embree => Err(crate::error::Error::Accel("this program was built without the feature `embree`; use --backend bvh, or rebuild with it".into())),
+        Backend::Embree => Err(crate::error::Error::Accel(
+            "this program was built without the feature `embree`; use the backend bvh, or rebuild \
+             with it"
+                .into(),
+        )),
         Backend::Bvh => Ok(Box::new(bvh::BvhScene::build(geometry, threads)?)),
         Backend::Brute => Ok(Box::new(brute::BruteScene::build(geometry))),
     }

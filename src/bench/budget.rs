@@ -1,38 +1,34 @@
 //! Where the error of a decomposition picture sits: one part at a time is swapped for an exact one.
 //!
-//! Every row is the final image on a lattice of pixels, against the same two-half ground truth (see
-//! [`Halves`]):
+//! The first row is the picture itself: all its pixels, the figures of `nearfar compare` to the last
+//! bit (before any denoising). The others are the final image on a lattice of pixels, against the
+//! same ground truth. They differ in the irradiance at the shading points:
 //!
-//! | Row | Indirect irradiance at a shading point |
-//! |---|---|
-//! | as rendered | the method as set |
-//! | exact direct light | the same, with 16 times the shadow rays in the direct light |
-//! | proxy | gather of `gather_rays` cosine rays straight through the proxy: what the method can at best reach |
-//! | own SH | fit of `gather_rays` rays at the point itself, no near sum |
-//! | SH interpolated | clusters with all hits at full weight, no near sum |
-//! | own SH + near … | as the method, but every point is its own cluster |
-//! | near off, assumed, traced | the method with the near sum left out, unoccluded, with a ray per cell |
+//! * "as rendered, on the lattice": the picture's own; the row that the next ones compare with.
+//! * "exact direct light": the same, with 16 times the shadow rays in the direct light.
+//! * "proxy": `gather_rays` cosine rays straight through the proxy: what the method can at best
+//!   reach.
+//! * "own SH": a fit of `gather_rays` rays at the point itself, no near part.
+//! * "SH interpolated": clusters with all hits at full weight, no near part.
+//! * "own SH + near …", "SH interpolated + near …": every point its own cluster, or clusters as
+//!   rendered, with the sum over near cells assumed visible, or with a ray each.
 //!
-//! Cost    `gather_rays` rays three times per lattice point.
+//! It costs a picture, and `gather_rays` rays four times per lattice point.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::compare::{Errors, Halves, errors};
+use crate::compare::{Errors, Truth, errors, errors_at};
 use crate::error::Result;
-use crate::method::decompose::far::{sample, sample_cluster};
-use crate::method::decompose::interpolate::FarField;
-use crate::method::decompose::near::NearTree;
-use crate::method::decompose::reconstruct::{point, reconstruct};
-use crate::method::decompose::{DecomposeSettings, NearVisibility, Prepared, prepare};
+use crate::method::decompose::far::{SampledClusters, sample};
+use crate::method::decompose::pass3::{Far, Near, Pass3, PointIrradiance};
+use crate::method::decompose::{
+    Context, DecomposeSettings, Lengths, NearVisibility, Prepared, picture, prepare,
+};
 use crate::method::gather::gather;
 use crate::method::stage::Inputs;
-use crate::photon::Proxy;
 use crate::radiometry::Rgb;
-use crate::record::{CameraSamples, ShadingPoints, camera_samples_where};
-use crate::run::{RayKind, Run};
-use crate::sampling::{Rng, Stream};
-use crate::sh::ShRgb;
+use crate::record::{CameraSamples, camera_samples_where};
+use crate::run::Run;
 use crate::shading::{DirectSettings, World};
 
 /// One row of the budget.
@@ -45,26 +41,14 @@ pub struct BudgetRow {
     pub errors: Errors,
 }
 
-/// What the budget is measured against, one value a pixel of the whole image.
-#[derive(Debug)]
-pub struct Truth {
-    /// Mean.
-    pub mean: Vec<Rgb>,
-    /// Independent halves.
-    pub halves: Option<Halves>,
-}
-
 struct Lattice<'a> {
-    world: &'a World,
-    proxy: Proxy<'a>,
-    samples: CameraSamples,
+    context: Context<'a>,
+    prepared: &'a Prepared,
+    /// The lattice's pixels, and the camera samples of these alone.
     pixels: Vec<u32>,
-    truth: Truth,
-    settings: &'a DecomposeSettings,
-    alpha: f32,
+    samples: CameraSamples,
+    truth: &'a Truth,
     gather_rays: u32,
-    seed: u64,
-    run: &'a Run,
 }
 
 /// The budget on every `stride`-th pixel in x and y.
@@ -90,172 +74,68 @@ pub fn budget(
     let pixels: Vec<u32> = (0..height)
         .flat_map(|y| (0..width).filter(move |&x| wanted(x, y)).map(move |x| y * width + x))
         .collect();
-    let pick = |v: &[Rgb]| pixels.iter().map(|&i| v[i as usize]).collect::<Vec<_>>();
-    let truth = Truth {
-        mean: pick(&truth.mean),
-        halves: truth.halves.as_ref().map(|h| Halves(pick(&h.0), pick(&h.1))),
-    };
-    let lattice = Lattice {
-        world,
-        proxy: prepared.stage.proxy(),
-        samples,
-        pixels,
-        truth,
-        settings,
-        alpha: prepared.lengths.alpha,
-        gather_rays,
-        seed: inputs.seed,
-        run,
-    };
+    let context = prepared.context(world, settings, inputs.seed, run);
+    let lattice = Lattice { context, prepared: &prepared, pixels, samples, truth, gather_rays };
     let exact_direct = at(&DirectSettings { light_samples: inputs.direct.light_samples * 16 })?;
-    lattice.rows(&prepared, &exact_direct)
+    lattice.rows(&exact_direct)
 }
 
 impl Lattice<'_> {
-    fn rows(&self, prepared: &Prepared, exact_direct: &CameraSamples) -> Result<Vec<BudgetRow>> {
-        let tree = self.run.install(|| NearTree::new(self.proxy));
-        let with = |near_visibility| DecomposeSettings { near_visibility, ..self.settings.clone() };
-        let radius = prepared.lengths.blend_radius;
-        let power = self.settings.blend_normal_power;
-        let field = FarField::new(&prepared.clusters, &prepared.sh, radius, power);
-        let clustered = |near| -> Result<Vec<Rgb>> {
-            let found = reconstruct(
-                self.world,
-                self.proxy,
-                &self.samples.points,
-                &field,
-                Some(&tree),
-                None,
-                &with(near),
-                self.seed,
-                self.run,
-            )?;
-            Ok(found.iter().map(|f| f.total).collect())
-        };
-        let rendered = clustered(self.settings.near_visibility)?;
+    fn rows(&self, exact_direct: &CameraSamples) -> Result<Vec<BudgetRow>> {
+        let Context { world, proxy, seed, run, lengths, .. } = self.context;
+        let (sampled, whole_view) = (&self.prepared.sampled, &self.prepared.stage.samples);
+        let film = picture(world, self.context.settings, self.prepared, seed, run)?.film;
+        let layer = |name: &str| film.rgb(name).unwrap_or_default();
+        let (beauty, indirect) = (layer(""), layer("indirect"));
+        let on_lattice: Vec<Rgb> = self.pixels.iter().map(|&i| beauty[i as usize]).collect();
         let mut rows = vec![
-            self.row("as rendered", &self.samples, &rendered),
-            self.row("exact direct light", exact_direct, &rendered),
+            BudgetRow { part: "as rendered", errors: errors(&beauty, self.truth) },
+            self.judge("as rendered, on the lattice", &on_lattice),
+            self.judge("exact direct light", &self.image(exact_direct, &indirect)),
         ];
-        rows.push(self.row(
-            "proxy",
-            &self.samples,
-            &gather(
-                self.world,
-                self.proxy,
-                &self.samples.points,
-                self.gather_rays,
-                self.seed,
-                self.run,
-            )?,
-        ));
-        let off = with(NearVisibility::Off);
-        rows.push(self.row("own SH, no near sum", &self.samples, &self.own(&tree, 0.0, &off)?));
-        let (whole, _) = sample(
-            self.world,
-            self.proxy,
-            &prepared.stage.samples.points,
-            &prepared.clusters,
-            &plain(self.settings),
-            self.seed,
-            self.run,
-        )?;
-        let whole_field = FarField::new(&prepared.clusters, &whole, radius, power);
-        let found = reconstruct(
-            self.world,
-            self.proxy,
-            &self.samples.points,
-            &whole_field,
-            Some(&tree),
-            None,
-            &off,
-            self.seed,
-            self.run,
-        )?;
-        rows.push(self.row(
-            "SH interpolated, no near sum",
-            &self.samples,
-            &found.iter().map(|f| f.total).collect::<Vec<_>>(),
-        ));
-        for (own, shared, near) in [
+        let points = &self.samples.points;
+        let mut row = |part, found: &[Rgb]| rows.push(self.row(part, &self.samples, found));
+        row("proxy", &gather(world, proxy, points, self.gather_rays, seed, run)?);
+
+        let all_far = Context { lengths: Lengths { alpha: 0.0, ..lengths }, ..self.context };
+        let clusters = sampled.clusters.clone();
+        let (sh, _) = sample(&all_far, &whole_view.points, &clusters)?;
+        let whole = SampledClusters { clusters, sh };
+        let mut pass3 = Pass3::new(all_far, &whole).with_near(Near::Off);
+        let shared = totals(&pass3.irradiance(points)?);
+        let mut pass3 = pass3.with_far(Far::Own(self.gather_rays));
+        row("own SH, no near sum", &totals(&pass3.irradiance(points)?));
+        row("SH interpolated, no near sum", &shared);
+
+        for (own, shared, visibility) in [
             ("own SH + near assumed", "SH interpolated + near assumed", NearVisibility::Assumed),
             ("own SH + near traced", "SH interpolated + near traced", NearVisibility::Traced),
         ] {
-            rows.push(self.row(own, &self.samples, &self.own(&tree, self.alpha, &with(near))?));
-            rows.push(self.row(shared, &self.samples, &clustered(near)?));
+            let near = Near::new(&self.context, visibility);
+            let mut pass3 = Pass3::new(self.context, sampled).with_near(near);
+            let of_clusters = totals(&pass3.irradiance(points)?);
+            let mut pass3 = pass3.with_far(Far::Own(self.gather_rays));
+            row(own, &totals(&pass3.irradiance(points)?));
+            row(shared, &of_clusters);
         }
         Ok(rows)
     }
 
     fn row(&self, part: &'static str, samples: &CameraSamples, irradiance: &[Rgb]) -> BudgetRow {
-        let indirect = samples.reflect(irradiance);
-        let image: Vec<Rgb> = self
-            .pixels
-            .iter()
-            .map(|&i| i as usize)
-            .map(|i| samples.emission[i] + samples.direct[i] + indirect[i])
-            .collect();
-        BudgetRow { part, errors: errors(&image, &self.truth.mean, self.truth.halves.as_ref()) }
+        self.judge(part, &self.image(samples, &samples.reflect(irradiance)))
     }
 
-    fn each(
-        &self,
-        name: &'static str,
-        rays: u64,
-        f: impl Fn(usize, &ShadingPoints) -> Rgb + Sync,
-    ) -> Result<Vec<Rgb>> {
-        let points = &self.samples.points;
-        let phase = self.run.phase(name, points.len() as u64);
-        let out = self.run.install(|| {
-            (0..points.len())
-                .into_par_iter()
-                .map(|i| {
-                    if self.run.cancelled() {
-                        return Rgb::ZERO;
-                    }
-                    phase.advance(1);
-                    f(i, points)
-                })
-                .collect()
-        });
-        self.run.rays.add(RayKind::Sample, rays * points.len() as u64);
-        self.run.check()?;
-        Ok(out)
+    /// The lattice's pixels of a picture whose indirect light is given by pixel.
+    fn image(&self, samples: &CameraSamples, indirect: &[Rgb]) -> Vec<Rgb> {
+        let pixels = self.pixels.iter().map(|&i| i as usize);
+        pixels.map(|i| samples.emission[i] + samples.direct[i] + indirect[i]).collect()
     }
 
-    /// Every point its own cluster, with near hits damped up to `alpha`.
-    fn own(&self, tree: &NearTree, alpha: f32, settings: &DecomposeSettings) -> Result<Vec<Rgb>> {
-        let rich = DecomposeSettings { rays: self.gather_rays, ..settings.clone() };
-        self.each("own SH", u64::from(self.gather_rays), |i, points| {
-            let sh: ShRgb = sample_cluster(
-                self.world,
-                self.proxy,
-                points,
-                &[i as u32],
-                &rich,
-                alpha,
-                self.seed,
-                i as u64,
-            );
-            let mut rng = Rng::new(self.seed, Stream::Near, i as u64, 1);
-            point(
-                self.world,
-                Some(tree),
-                None,
-                &sh,
-                points.p[i],
-                points.ns[i],
-                settings,
-                alpha,
-                &mut rng,
-            )
-            .0
-            .total
-        })
+    fn judge(&self, part: &'static str, image: &[Rgb]) -> BudgetRow {
+        BudgetRow { part, errors: errors_at(&self.pixels, image, self.truth) }
     }
 }
 
-/// The far sampling of a method without a near part.
-fn plain(settings: &DecomposeSettings) -> DecomposeSettings {
-    DecomposeSettings { alpha: crate::method::decompose::Length::Units(0.0), ..settings.clone() }
+fn totals(found: &[PointIrradiance]) -> Vec<Rgb> {
+    found.iter().map(|f| f.total).collect()
 }

@@ -382,11 +382,19 @@ impl Verdict {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::compare::Errors;
+    use crate::compare::{Cleaned, Errors};
 
     fn comparison(error: f64) -> Comparison {
         let errors = Errors { relmse: error, relmse_trimmed: error, ..Errors::default() };
-        Comparison { errors, flip: 0.05, exposure: 0.0, halves: true }
+        Comparison {
+            errors,
+            flip: 0.05,
+            flip_standard_error: 0.0,
+            exposure: 0.0,
+            halves: true,
+            cleaned: Cleaned::Halves,
+            truth_noise: None,
+        }
     }
 
     pub(in crate::bench) fn row(

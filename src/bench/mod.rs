@@ -3,6 +3,7 @@
 
 pub mod backends;
 pub mod budget;
+#[cfg(feature = "cli")]
 pub mod chart;
 pub mod curves;
 pub mod methods;

@@ -98,7 +98,7 @@ pub(super) fn bench(args: &BenchArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         return show(&report, &report, args.json.as_deref());
     }
     let job = args.scene.prepare(&[], None, cancel)?;
-    let world = World::new(&job.scene, args.scene.backend, &job.run)?;
+    let world = World::new(&job.scene, job.config.backend, &job.run)?;
     if let Some(reference) = args.reference.as_deref().filter(|_| args.budget) {
         let rows = budget::run(&job, &world, reference, args.stride, args.gather_rays)?;
         return show(&budget::Table(&rows), &rows, args.json.as_deref());

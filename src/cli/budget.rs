@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::options::Job;
-use crate::bench::budget::{BudgetRow, Truth, budget};
-use crate::compare::{Reference, read_reference};
+use crate::bench::budget::{BudgetRow, budget};
+use crate::compare::Truth;
 use crate::error::{Error, Result};
 use crate::shading::World;
 
@@ -22,9 +22,9 @@ pub(super) fn run(
     stride: u32,
     gather_rays: u32,
 ) -> Result<Vec<BudgetRow>> {
-    let Reference { mean, halves, .. } = read_reference(reference)?;
+    let truth = Truth::read(reference)?;
     let pixels = (world.camera.width * world.camera.height) as usize;
-    if mean.len() != pixels {
+    if truth.reference().mean.len() != pixels {
         return Err(Error::Usage(format!(
             "{} is not of the size {}x{}; use --size",
             reference.display(),
@@ -36,7 +36,7 @@ pub(super) fn run(
         world,
         &job.config.decompose,
         job.config.inputs(world.diagonal),
-        &Truth { mean, halves },
+        &truth,
         stride,
         gather_rays,
         &job.run,

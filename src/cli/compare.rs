@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde::Serialize;
 
 use super::check_writable;
-use crate::compare as error;
+use crate::compare::{self, Comparison, Octaves, Truth};
 use crate::error::{Error, Result};
 use crate::film::{read_exr, write_png_rgb};
 
@@ -17,10 +18,13 @@ pub(super) struct CompareArgs {
     /// Reference image; its two halves are used where it has them (layers half0, half1 or files
     /// NAME.half0.exr, NAME.half1.exr).
     reference: PathBuf,
+    /// Also tell the error by octave of size (pixels), and in plain regions, where clouds show.
+    #[arg(long)]
+    bands: bool,
     /// Factor of the difference image.
     #[arg(long, default_value_t = 4.0, value_name = "X")]
     amplify: f32,
-    /// Write the amplified absolute difference, at the reference's exposure.
+    /// Write the amplified absolute difference to the cleaned reference, at its exposure.
     #[arg(short, long, value_name = "DIFF.png")]
     output: Option<PathBuf>,
     /// Print the figures as JSON.
@@ -32,6 +36,59 @@ pub(super) struct CompareArgs {
     max_relmse: Option<f64>,
 }
 
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Json<'a> {
+    #[serde(flatten)]
+    figures: &'a Comparison,
+    warnings: Vec<String>,
+    #[serde(flatten)]
+    octaves: Option<&'a Octaves>,
+}
+
+/// Standard errors that are printed: 19 of 20 figures lie within.
+const STATED: f64 = 2.0;
+
+fn print(found: &Comparison, octaves: Option<&Octaves>) {
+    let e = &found.errors;
+    let relative = |v: f64, error: f64| format!("{v:.6} ± {:.6}", STATED * error);
+    let line = |name: &str, value: &str| println!("{name:<22} {value}");
+    line("relMSE", &relative(e.relmse, e.relmse_standard_error));
+    let trimmed = relative(e.relmse_trimmed, e.relmse_trimmed_standard_error);
+    line("relMSE without 0.1 %", &trimmed);
+    let percent =
+        |v: f64, error: f64| format!("{:+.4} ± {:.4} %", 100.0 * v, 100.0 * STATED * error);
+    line("bias", &percent(e.bias, e.bias_standard_error));
+    line("MSE", &format!("{:.6e} ± {:.1e}", e.mse, STATED * e.mse_standard_error));
+    let against = if found.halves { ", against the cleaned reference" } else { "" };
+    line("MAE", &format!("{:.6e} ± {:.1e}{against}", e.mae, STATED * e.mae_standard_error));
+    let (flip, error, stops) = (found.flip, STATED * found.flip_standard_error, found.exposure);
+    line("FLIP", &format!("{flip:.4} ± {error:.4} at {stops:+.2} stops{against}"));
+    if e.non_finite > 0 {
+        line("not finite", &format!("{} pixels, left out above", e.non_finite));
+    }
+    if let Some(octaves) = octaves {
+        for b in &octaves.bands {
+            let to = b.to.map_or("and above".to_owned(), |to| format!("to {to}"));
+            let error = b.standard_error.map_or(String::new(), |e| format!(" ± {:.6}", STATED * e));
+            line(&format!("  {} {to} pixels", b.from), &format!("{:.6}{error}", b.relmse));
+        }
+        if let Some(plain) = octaves.plain {
+            let error = 100.0 * STATED * octaves.plain_standard_error.unwrap_or(0.0);
+            let plain = 100.0 * plain;
+            line("plain regions", &format!("{plain:.3} ± {error:.3} % in 4 to 32 pixels"));
+        }
+    }
+    let halves = match found.truth_noise {
+        Some(noise) => {
+            format!("two halves, whose noise (relMSE {noise:.1e}) cancels but in MAE and FLIP")
+        }
+        None => "one image: its noise counts as error".to_owned(),
+    };
+    line("reference", &format!("{halves}; cleaned by {}", found.cleaned));
+    line("±", "two standard errors over blocks of pixels, the reference's noise included");
+}
+
 /// # Errors
 /// For unreadable or unequal images, and [`Error::OverBound`].
 pub(super) fn compare(args: &CompareArgs) -> Result<()> {
@@ -39,38 +96,25 @@ pub(super) fn compare(args: &CompareArgs) -> Result<()> {
         check_writable(path)?;
     }
     let film = read_exr(&args.image)?;
-    let reference = error::read_reference(&args.reference)?;
-    let found = error::compare(&film, &args.image, &reference)?;
+    let truth = Truth::read(&args.reference)?;
+    let found = compare::compare(&film, &args.image, &truth)?;
+    let octaves =
+        film.rgb("").filter(|_| args.bands).map(|pixels| compare::octaves(&pixels, &truth));
     let e = &found.errors;
     if args.json {
-        let text = serde_json::to_string_pretty(&found)
+        let all = Json { figures: &found, warnings: found.warnings(), octaves: octaves.as_ref() };
+        let text = serde_json::to_string_pretty(&all)
             .map_err(|e| Error::Render(format!("figures: {e}")))?;
         println!("{text}");
     } else {
-        println!("relMSE                 {:.6} ± {:.6}", e.relmse, e.relmse_standard_error);
-        println!(
-            "relMSE without 0.1 %   {:.6} ± {:.6}",
-            e.relmse_trimmed, e.relmse_trimmed_standard_error
-        );
-        println!("bias                   {:+.4} %", e.bias * 100.0);
-        println!("MSE                    {:.6e}", e.mse);
-        println!("MAE                    {:.6e}", e.mae);
-        println!("FLIP                   {:.4} at {:+.2} stops", found.flip, found.exposure);
-        if e.non_finite > 0 {
-            println!("not finite             {} pixels, left out above", e.non_finite);
+        print(&found, octaves.as_ref());
+        for warning in found.warnings() {
+            eprintln!("warning: {warning}");
         }
-        println!(
-            "reference              {}",
-            if found.halves {
-                "two halves: its noise does not count"
-            } else {
-                "one image: its noise counts as error"
-            }
-        );
     }
     if let (Some(path), Some(pixels)) = (&args.output, film.rgb("")) {
-        let difference = error::difference(&pixels, &reference.mean, args.amplify);
-        write_png_rgb(&difference, reference.width, reference.height, path, found.exposure)?;
+        let difference = compare::difference(&pixels, truth.quiet(), args.amplify);
+        write_png_rgb(&difference, film.width, film.height, path, found.exposure)?;
     }
     match args.max_relmse {
         Some(bound)

@@ -6,36 +6,23 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use glam::Vec3;
-use serde_json::{Map, Value as Json, json};
+use serde::Serialize;
 use toml::Value;
 
 use super::options::{Job, SceneOptions};
-use super::render::{describe, keep_layers};
-use super::{check_writable, statistics};
+use super::picture::ImageOptions;
+use super::{check_writable, write_json};
+use crate::accel::Backend;
 use crate::compare::flicker::{Flicker, Frame};
 use crate::error::{Error, Result};
-use crate::film::{self, Precision};
 use crate::load::load_camera_path;
-use crate::method::decompose::near_boxes::NearBoxes;
-use crate::method::decompose::store::{self, Known};
-use crate::method::decompose::{self, NearNoise, Prepared};
-use crate::scene::{Camera, CameraPath, Fingerprint};
-use crate::shading::World;
-
-/// What frames have in common.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum Reuse {
-    /// Everything is made for all frames beforehand: nothing appears in the middle of the film.
-    #[default]
-    Plan,
-    /// Every frame adds what it sees first: no look ahead, small pops where something comes into
-    /// view.
-    Extend,
-    /// Nothing: every frame is made as `render` would make it.
-    None,
-}
+use crate::method::Method;
+use crate::method::decompose::NearNoise;
+use crate::process;
+use crate::render::{Flight, Kept, Reuse, RunStatistics};
+use crate::scene::{Camera, CameraPath};
 
 /// Options of `nearfar fly`.
 #[derive(Debug, Args)]
@@ -72,21 +59,11 @@ pub(super) struct FlyArgs {
     /// Samples per pixel.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
-    /// Layers to write beside the beauty; default all.
-    #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
-    aov: Vec<String>,
     /// Write statistics as JSON.
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
-    /// Write a PNG beside every frame.
-    #[arg(long)]
-    png: bool,
-    /// Exposure of the PNGs in stops.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "STOPS")]
-    exposure: f32,
-    /// Store colours in 16 bits.
-    #[arg(long)]
-    half: bool,
+    #[command(flatten)]
+    image: ImageOptions,
 }
 
 fn parse_point(text: &str) -> std::result::Result<Vec3, String> {
@@ -119,135 +96,114 @@ fn views(args: &FlyArgs, camera: &Camera) -> Result<Vec<Camera>> {
                 .ok_or_else(|| Error::Usage("fly: no camera path".into()))?
         }
     };
-    let views: Vec<Camera> = (0..args.frames).map(|i| path.frame(i, args.frames)).collect();
-    let blind = |c: &&Camera| {
-        (c.target - c.eye).normalize_or_zero().cross(c.up.normalize_or_zero()).length() < 1e-6
-    };
-    match views.iter().position(|c| blind(&c)) {
-        Some(i) => Err(Error::Usage(format!(
-            "fly: frame {} looks at its own eye or along its up vector; move a key view or give another up",
-            i + 1
-        ))),
-        None => Ok(views),
-    }
+    Ok((0..args.frames).map(|i| path.frame(i, args.frames)).collect())
+}
+
+/// What is told of one frame.
+#[derive(Debug, Serialize)]
+struct FrameFigures {
+    file: String,
+    cpu_seconds: f64,
+    clusters: usize,
+    clusters_added: usize,
+    sides_added: usize,
+    flicker: Flicker,
+}
+
+/// What is told of a film.
+#[derive(Debug, Serialize)]
+struct FilmFigures {
+    method: Method,
+    reuse: Reuse,
+    backend: Backend,
+    width: u32,
+    height: u32,
+    seed: u64,
+    cpu_seconds_before_frames: f64,
+    cpu_seconds_per_frame_after_first: f64,
+    flicker: Flicker,
+    frames: Vec<FrameFigures>,
+    #[serde(flatten)]
+    of_run: RunStatistics,
 }
 
 /// # Errors
 /// Whatever stops a render; see [`Error`]. Frames that are done stay.
 pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
-    let mut extra = Vec::new();
+    let mut settings = Vec::new();
     if let Some(spp) = args.spp {
-        extra.push(("record.spp", Value::Integer(spp.into())));
+        settings.push(("record.spp", Value::Integer(spp.into())));
     }
     if let Some(alpha) = &args.alpha {
-        extra.push(("decompose.alpha", crate::config::parse_value(alpha)));
+        settings.push(("decompose.alpha", crate::config::parse_value(alpha)));
     }
-    if args.reuse == Reuse::None && (args.load_cache.is_some() || args.save_cache.is_some()) {
-        return Err(Error::Usage(
-            "fly: --reuse none keeps nothing: leave out --load-cache and --save-cache".into(),
-        ));
-    }
+    args.image.check()?;
     [&args.stats, &args.save_cache]
         .into_iter()
         .flatten()
         .try_for_each(|path| check_writable(path))?;
-    let mut job = args.scene.prepare(&extra, None, cancel)?;
+    let mut job = args.scene.prepare(&settings, None, cancel)?;
     // Noise that stays on the surfaces, unless another is asked for.
-    if job.config.decompose.near_noise == NearNoise::Point
-        && args.reuse != Reuse::None
-        && !args.scene.sets("decompose.near_noise")?
-    {
-        job.config.decompose.near_noise = NearNoise::World;
+    if args.reuse != Reuse::None {
+        job.config.decompose.near_noise.get_or_insert(NearNoise::World);
     }
+    let job = job;
     let views = views(args, &job.scene.camera)?;
     std::fs::create_dir_all(&args.output)
         .map_err(|source| Error::Io { path: args.output.clone(), source })?;
-    let mut world = World::new(&job.scene, args.scene.backend, &job.run)?;
-    let (settings, inputs) = (&job.config.decompose, job.config.inputs(world.diagonal));
-    let key = || store::key(Fingerprint::new(&job.scene), &inputs, settings, world.diagonal);
-    let key = (args.load_cache.is_some() || args.save_cache.is_some()).then(key);
-    let load = |path: &PathBuf, key| store::load(path, key, &inputs, settings);
-    let known = args
-        .load_cache
-        .as_ref()
-        .zip(key.as_ref())
-        .map(|(path, key)| load(path, key))
-        .transpose()?;
-    let (mut film, mut boxes) = (Vec::new(), NearBoxes::default());
-    let (mut last, mut changes): (Option<Frame>, Vec<f32>) = (None, Vec::new());
-    let mut before = statistics::cpu_seconds();
-    let tell = args.scene.verbose || (!args.scene.quiet && std::io::stderr().is_terminal());
-    let mut prepared = match (args.reuse, known) {
-        (Reuse::Plan, known) => {
-            Some(decompose::plan(&world, settings, inputs, &views, known, &job.run)?)
-        }
-        (_, Some(known)) => Some(Prepared::known(&world, settings, inputs, known, &job.run)?),
-        (_, None) => None,
-    };
-    let preparing = statistics::cpu_seconds();
-    let shared = preparing - before;
-    before = preparing;
+    let start = process::cpu_seconds();
+    let kept = Kept { load: args.load_cache.clone(), save: args.save_cache.clone() };
+    let mut flight =
+        Flight::new(&job.scene, &job.config, views.clone(), args.reuse, &kept, &job.run)?;
+    let mut before = process::cpu_seconds();
+    let shared = before - start;
+    let (mut figures, mut changes): (Vec<FrameFigures>, Vec<f32>) = (Vec::new(), Vec::new());
+    let mut last: Option<Frame> = None;
+    let tell = job.verbose || (!job.quiet && std::io::stderr().is_terminal());
     for (i, view) in views.iter().enumerate() {
-        world.camera = view.clone();
-        let now = match prepared.take() {
-            Some(mut known) if args.reuse != Reuse::None => {
-                known.look(&world, settings, inputs, args.reuse == Reuse::Extend, &job.run)?;
-                known
-            }
-            _ => decompose::prepare(&world, settings, inputs, &job.run)?,
-        };
-        let kept = (args.reuse != Reuse::None && settings.near_noise == NearNoise::World)
-            .then_some(&mut boxes);
-        let rendered =
-            decompose::picture_with(&world, settings, &now, kept, inputs.seed, &job.run)?;
-        let frame = Frame::new(&rendered.film, view);
-        let change =
-            last.as_ref().zip(frame.as_ref()).map(|(a, b)| a.changes(b)).unwrap_or_default();
+        let mut made = flight.frame(i)?;
+        let frame = Frame::new(&made.film, view);
+        let change = last.as_ref().zip(frame.as_ref()).map(|(a, b)| a.changes(b));
+        let change = change.unwrap_or_default();
         last = frame;
         let file = args.output.join(format!("frame_{:04}.exr", i + 1));
-        write(args, &job, &file, rendered.film)?;
-        let seconds = statistics::cpu_seconds();
-        film.push(json!({
-            "file": file.display().to_string(),
-            "cpu_seconds": seconds - before,
-            "clusters": now.clusters.len(),
-            "clusters_added": now.clusters.len() - now.earlier,
-            "sides_added": now.sides_added,
-            "flicker": Flicker::new(change.clone()),
-        }));
+        args.image.write(&mut made.film, &file, &job)?;
+        let seconds = process::cpu_seconds();
+        figures.push(FrameFigures {
+            file: file.display().to_string(),
+            cpu_seconds: seconds - before,
+            clusters: made.clusters,
+            clusters_added: made.clusters_added,
+            sides_added: made.sides_added,
+            flicker: Flicker::new(change.clone()),
+        });
         before = seconds;
         changes.extend(change);
-        prepared = Some(now);
         if tell {
             eprintln!("{}/{} {}", i + 1, views.len(), file.display());
         }
     }
-    if let (Some(path), Some(key), Some(prepared)) = (&args.save_cache, &key, &prepared) {
-        store::save(path, key, &Known::new(prepared), settings)?;
+    if let Some(path) = &args.save_cache {
+        flight.save(path)?;
     }
-    finish(args, &job, &film, Flicker::new(changes), shared)
+    finish(args, &job, figures, Flicker::new(changes), shared)
 }
 
-fn write(args: &FlyArgs, job: &Job, file: &std::path::Path, mut film: film::Film) -> Result<()> {
-    let _phase = job.run.phase("write", 1);
-    keep_layers(&mut film, &args.aov, &job.run);
-    describe(&mut film, &args.scene, "decomposition", job)?;
-    film::write_exr(&film, file, if args.half { Precision::Half } else { Precision::Full })?;
-    if args.png {
-        film::write_png(&film, &file.with_extension("png"), args.exposure)?;
-    }
-    Ok(())
-}
-
-fn finish(args: &FlyArgs, job: &Job, frames: &[Json], flicker: Flicker, shared: f64) -> Result<()> {
-    let camera = &job.scene.camera;
-    let each: Vec<f64> = frames.iter().filter_map(|f| f["cpu_seconds"].as_f64()).collect();
-    let after_first = each.iter().skip(1).sum::<f64>() / (each.len() - 1).max(1) as f64;
-    if !args.scene.quiet {
-        job.run.warnings().iter().for_each(|w| eprintln!("warning: {w}"));
+fn finish(
+    args: &FlyArgs,
+    job: &Job,
+    frames: Vec<FrameFigures>,
+    flicker: Flicker,
+    shared: f64,
+) -> Result<()> {
+    let (config, camera) = (&job.config, &job.scene.camera);
+    let others = frames.iter().skip(1).map(|f| f.cpu_seconds);
+    let after_first = others.sum::<f64>() / (frames.len() - 1).max(1) as f64;
+    if !job.quiet {
+        let first = frames.first().map_or(0.0, |f| f.cpu_seconds);
         println!("frames                       {}", frames.len());
         println!("CPU seconds before them      {shared:.2}");
-        println!("CPU seconds of the first     {:.2}", each.first().copied().unwrap_or_default());
+        println!("CPU seconds of the first     {first:.2}");
         println!("CPU seconds of each other    {after_first:.2}");
         if flicker.points > 0 {
             println!(
@@ -258,25 +214,20 @@ fn finish(args: &FlyArgs, job: &Job, frames: &[Json], flicker: Flicker, shared: 
         }
     }
     if let Some(path) = &args.stats {
-        let mut stats: Map<String, Json> = Map::new();
-        for (key, value) in [
-            ("method", json!("decomposition")),
-            ("reuse", json!(args.reuse.to_possible_value().map(|v| v.get_name().to_owned()))),
-            ("backend", json!(args.scene.backend)),
-            ("width", json!(camera.width)),
-            ("height", json!(camera.height)),
-            ("seed", json!(job.config.seed)),
-            ("cpu_seconds_before_frames", json!(shared)),
-            ("cpu_seconds_per_frame_after_first", json!(after_first)),
-            ("flicker", json!(flicker)),
-            ("frames", json!(frames)),
-        ] {
-            stats.insert(key.into(), value);
-        }
-        statistics::write(
-            &statistics::collect(&job.run, job.start.elapsed().as_secs_f64(), stats),
-            path,
-        )?;
+        let figures = FilmFigures {
+            method: Method::Decomposition,
+            reuse: args.reuse,
+            backend: config.backend,
+            width: camera.width,
+            height: camera.height,
+            seed: config.seed,
+            cpu_seconds_before_frames: shared,
+            cpu_seconds_per_frame_after_first: after_first,
+            flicker,
+            frames,
+            of_run: RunStatistics::new(&job.run),
+        };
+        write_json(path, &figures)?;
     }
     if job.run.cancelled() { Err(Error::Interrupted) } else { Ok(()) }
 }

@@ -26,7 +26,7 @@ pub(super) struct InfoArgs {
 pub(super) fn info(args: &InfoArgs, _cancel: &Arc<AtomicBool>) -> Result<()> {
     let run = Run::new(args.scene.threads)?;
     let loaded = args.scene.load()?;
-    let world = World::new(&loaded.scene, args.scene.backend, &run)?;
+    let world = World::new(&loaded.scene, args.scene.backend.unwrap_or_default(), &run)?;
     let info = run.install(|| scene_info(&loaded, &world));
     if args.json {
         println!(

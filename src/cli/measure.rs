@@ -2,9 +2,11 @@
 //! on where it stopped.
 //!
 //! CPU seconds are user and system seconds of the whole child (loading, building and ending
-//! included), as the system books them when the child has been waited for. A configuration's image
-//! and figures lie in the work folder under a name that holds a fingerprint of everything that
-//! decides them: the scene as loaded, all settings, backend, threads, and the program's own file.
+//! included), as the system books them when the child has been waited for. A child is told the value
+//! of every setting, as this process resolved them: what the scene file, `--set`, `--quality` and
+//! the configuration itself give, and all that follows from these. A configuration's image and
+//! figures lie in the work folder under a name that holds a fingerprint of everything that decides
+//! them: the scene as loaded, method and settings, backend, threads, and the program's own file.
 //! Another fingerprint is another file, so nothing stale is ever read; a run that was stopped
 //! leaves nothing behind.
 
@@ -17,11 +19,14 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use toml::Table;
 
 use super::options::{Job, SceneOptions};
-use super::statistics::children_cpu_seconds;
 use crate::atomic_file;
+use crate::config::{self, RenderConfig};
 use crate::error::{Error, Result};
+use crate::method::Method;
+use crate::process::children_cpu_seconds;
 use crate::scene::Fingerprint;
 
 /// How often a running child is looked at.
@@ -34,8 +39,52 @@ const HALF_TICK: f64 = 0.005;
 pub(super) struct Configuration {
     /// What to call it in file names and messages.
     pub(super) name: String,
-    /// `--method …` and the like.
-    pub(super) arguments: Vec<String>,
+    /// What renders it.
+    method: Method,
+    /// Every setting.
+    settings: Table,
+}
+
+impl Configuration {
+    /// A method with what `given` says of its settings, and `changes` to that (dotted keys).
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for keys and values that are none.
+    pub(super) fn new(
+        name: String,
+        method: Method,
+        given: &Table,
+        changes: &[(String, String)],
+    ) -> Result<Self> {
+        let mut settings = given.clone();
+        for (key, value) in changes {
+            config::set(&mut settings, key, config::parse_value(value))?;
+        }
+        let settings = RenderConfig::from_table(settings)?.to_table()?;
+        Ok(Self { name, method, settings })
+    }
+
+    /// Every setting.
+    pub(super) fn settings(&self) -> &Table {
+        &self.settings
+    }
+
+    /// `--method …` and a `--set` for every setting.
+    fn arguments(&self) -> Vec<String> {
+        let mut arguments = vec!["--method".to_owned(), self.method.name().to_owned()];
+        assign("settings", &self.settings, &mut arguments);
+        arguments
+    }
+}
+
+/// `--set` for everything in a section.
+fn assign(section: &str, settings: &Table, arguments: &mut Vec<String>) {
+    for (key, value) in settings {
+        match value {
+            toml::Value::Table(inner) => assign(&format!("{section}.{key}"), inner, arguments),
+            value => arguments.extend(["--set".to_owned(), format!("{section}.{key}={value}")]),
+        }
+    }
 }
 
 /// What is known of a configuration.
@@ -86,21 +135,12 @@ impl Workshop {
         let mut hash = DefaultHasher::new();
         (file.len(), file.modified().ok()).hash(&mut hash);
         (Fingerprint::new(&job.scene), format!("{:?}", job.scene.camera)).hash(&mut hash);
-        (job.config.to_table()?.to_string(), format!("{:?}", options.backend), job.run.threads())
-            .hash(&mut hash);
+        job.run.threads().hash(&mut hash);
         let mut common = vec![options.scene.display().to_string()];
         let mut give = |name: &str, value: String| common.extend([name.to_owned(), value]);
         give("--threads", job.run.threads().to_string());
-        give(
-            "--backend",
-            clap::ValueEnum::to_possible_value(&options.backend)
-                .map_or_else(String::new, |v| v.get_name().to_owned()),
-        );
         if let Some((width, height)) = options.size {
             give("--size", format!("{width}x{height}"));
-        }
-        if let Some(seed) = options.seed {
-            give("--seed", seed.to_string());
         }
         options.assignments.iter().for_each(|a| give("--set", a.clone()));
         Ok(Self { folder: folder.into(), program, common, fingerprint: hash.finish() })
@@ -108,7 +148,7 @@ impl Workshop {
 
     fn file(&self, configuration: &Configuration, extension: &str) -> PathBuf {
         let mut hash = DefaultHasher::new();
-        (self.fingerprint, &configuration.arguments).hash(&mut hash);
+        (self.fingerprint, configuration.arguments()).hash(&mut hash);
         let plain: String = configuration
             .name
             .replace('%', "pct")
@@ -142,7 +182,7 @@ impl Workshop {
     ) -> Result<Measured> {
         let [image, stats] = ["part.exr", "part.json"].map(|e| self.file(configuration, e));
         let mut arguments = vec!["render".to_owned()];
-        arguments.extend(self.common.iter().chain(&configuration.arguments).cloned());
+        arguments.extend(self.common.iter().cloned().chain(configuration.arguments()));
         arguments.extend(["-q", "--aov", "none", "-o"].map(String::from));
         arguments.extend([
             image.display().to_string(),
@@ -215,13 +255,39 @@ fn spawn(
         .lines()
         .find_map(|l| l.strip_prefix("error: "))
         .unwrap_or_else(|| said.lines().next().unwrap_or("no word"));
-    let message = format!("{name}: {reason} (nearfar {}; {status})", arguments.join(" "));
+    let message = format!("{name}: {reason} ({status})");
     Err(if status.code() == Some(2) { Error::Usage(message) } else { Error::Render(message) })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_child_is_told_every_setting() {
+        let given: Table = "denoise = \"oidn\"\n[decompose]\nrays = 100".parse().unwrap();
+        let changes = [("decompose.alpha".to_owned(), "4%".to_owned())];
+        let made = Configuration::new("a".into(), Method::Gather, &given, &changes).unwrap();
+        let arguments = made.arguments();
+        assert_eq!(arguments[..2], ["--method", "gather"]);
+        // The last one follows from denoising.
+        for told in [
+            "settings.decompose.rays=100",
+            "settings.decompose.alpha=\"4%\"",
+            "settings.seed=0",
+            "settings.denoise=\"oidn\"",
+            "settings.decompose.near_filter=0",
+        ] {
+            assert!(arguments.iter().any(|a| a == told), "{told} not in {arguments:?}");
+        }
+        let mut back = Table::new();
+        for pair in arguments[2..].chunks(2) {
+            let (key, value) = config::parse_assignment(&pair[1]).unwrap();
+            let key = key.strip_prefix("settings.").unwrap();
+            config::set(&mut back, key, config::parse_value(&value)).unwrap();
+        }
+        assert_eq!(RenderConfig::from_table(back).unwrap().to_table().unwrap(), made.settings);
+    }
 
     #[test]
     fn the_median_of_runs_counts() {

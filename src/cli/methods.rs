@@ -15,7 +15,7 @@ use super::options::{Job, SceneOptions};
 use crate::atomic_file;
 use crate::bench::chart::chart;
 use crate::bench::methods::{Against, ForeignPoint, MethodsReport, Row, verdict};
-use crate::compare::{Comparison, Reference, compare, read_reference};
+use crate::compare::{Comparison, Reference, Truth, compare, read_reference};
 use crate::config::{self, RenderConfig};
 use crate::error::{Error, Result};
 use crate::ffi::oidn::Denoiser;
@@ -90,8 +90,8 @@ const LINES: [Line; 9] = [
     },
     Line {
         name: "course",
-        method: Method::Decomposition,
-        fixed: &[("decompose.near_visibility", "assumed")],
+        method: Method::Course,
+        fixed: &[],
         knob: "decompose.alpha",
         values: &["4%", "2%", "1%"],
         with_default: true,
@@ -148,7 +148,7 @@ const LINES: [Line; 9] = [
         name: "photon-map",
         method: Method::PhotonMap,
         fixed: &[],
-        knob: "photon.count",
+        knob: "proxy.photons",
         values: &[],
         with_default: true,
     },
@@ -224,7 +224,8 @@ fn same(a: &Value, b: &Value) -> bool {
 }
 
 /// All configurations, every setting checked.
-fn entries(options: &MethodsOptions, settings: &Table) -> Result<Vec<Entry>> {
+fn entries(options: &MethodsOptions, given: &Table) -> Result<Vec<Entry>> {
+    let settings = &RenderConfig::from_table(given.clone())?.to_table()?;
     for name in &options.only {
         check_line(name).map_err(|e| Error::Usage(format!("--only: {e}")))?;
     }
@@ -252,58 +253,44 @@ fn entries(options: &MethodsOptions, settings: &Table) -> Result<Vec<Entry>> {
             }
         }
         for value in values {
-            found.push(entry(line, line.name.to_owned(), line.knob, value, settings)?);
+            found.push(entry(line, line.name.to_owned(), line.knob, value, given)?);
         }
         for sweep in own {
             let Some(key) = &sweep.key else { continue };
             for value in &sweep.values {
-                found.push(entry(
-                    line,
-                    format!("{}:{key}", line.name),
-                    key,
-                    value.clone(),
-                    settings,
-                )?);
+                found.push(entry(line, format!("{}:{key}", line.name), key, value.clone(), given)?);
             }
         }
     }
     Ok(found)
 }
 
-fn entry(line: &Line, name: String, knob: &str, value: String, settings: &Table) -> Result<Entry> {
+fn entry(line: &Line, name: String, knob: &str, value: String, given: &Table) -> Result<Entry> {
     let mut parts = value.split(';').map(str::trim);
-    let first = parts.next().unwrap_or_default().to_owned();
-    let mut assignments: Vec<(String, String)> =
+    let mut changes: Vec<(String, String)> =
         line.fixed.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
-    let default = lookup(settings, knob).is_some_and(|d| same(&config::parse_value(&first), d))
-        && !value.contains(';')
-        && knob == line.knob;
-    let default = default
-        && line
-            .fixed
-            .iter()
-            .all(|(k, v)| lookup(settings, k).is_none_or(|d| same(&config::parse_value(v), d)));
-    assignments.push((knob.to_owned(), first));
+    changes.push((knob.to_owned(), parts.next().unwrap_or_default().to_owned()));
     for part in parts {
-        assignments.push(config::parse_assignment(part)?);
+        changes.push(config::parse_assignment(part)?);
     }
-    let mut changed = settings.clone();
-    for (key, value) in &assignments {
-        config::set(&mut changed, key, config::parse_value(value))?;
-    }
-    RenderConfig::from_table(changed).map_err(|e| Error::Usage(format!("line {name}: {e}")))?;
-    let method = clap::ValueEnum::to_possible_value(&line.method)
-        .map_or_else(String::new, |v| v.get_name().to_owned());
-    let mut arguments = vec!["--method".to_owned(), method];
-    arguments
-        .extend(assignments.iter().flat_map(|(k, v)| ["--set".to_owned(), format!("{k}={v}")]));
-    let configuration = Configuration { name: format!("{name}-{value}"), arguments };
+    let of = |name: &str, changes: &[(String, String)]| {
+        Configuration::new(name.to_owned(), line.method, given, changes)
+    };
+    let configuration = of(&format!("{name}-{value}"), &changes)
+        .map_err(|e| Error::Usage(format!("line {name}: {e}")))?;
+    let plain = of("plain", &[])?;
+    let default = knob == line.knob && configuration.settings() == plain.settings();
     Ok(Entry { line: name, knob: knob.to_owned(), value, default, configuration })
 }
 
-/// Reads a reference and checks its size.
-fn reference_of(path: &Path, job: &Job) -> Result<Reference> {
-    let reference = read_reference(path)?;
+/// Reads a truth and checks its size.
+fn truth_of(path: &Path, job: &Job) -> Result<Truth> {
+    let truth = Truth::read(path)?;
+    check_size(path, truth.reference(), job)?;
+    Ok(truth)
+}
+
+fn check_size(path: &Path, reference: &Reference, job: &Job) -> Result<()> {
     let camera = &job.scene.camera;
     if (reference.width, reference.height) != (camera.width, camera.height) {
         let (w, h) = (reference.width, reference.height);
@@ -314,11 +301,11 @@ fn reference_of(path: &Path, job: &Job) -> Result<Reference> {
             camera.height
         )));
     }
-    Ok(reference)
+    Ok(())
 }
 
-fn against(path: &Path, reference: Option<&Reference>) -> Result<Option<Comparison>> {
-    reference.map(|r| compare(&read_exr(path)?, path, r)).transpose()
+fn against(path: &Path, truth: Option<&Truth>) -> Result<Option<Comparison>> {
+    truth.map(|r| compare(&read_exr(path)?, path, r)).transpose()
 }
 
 /// Measures all configurations and compares them.
@@ -340,12 +327,11 @@ pub(super) fn run(
         check_writable(path)?;
     }
     let job = scene.prepare(&[], None, cancel)?;
-    let settings = job.config.to_table()?;
-    let entries = entries(options, &settings)?;
-    let truth = reference.map(|path| reference_of(path, &job)).transpose()?;
+    let entries = entries(options, &job.given)?;
+    let truth = reference.map(|path| truth_of(path, &job)).transpose()?;
     let mut points = Vec::new();
     for p in &options.point {
-        reference_of(&p.file, &job)?;
+        check_size(&p.file, &read_reference(&p.file)?, &job)?;
         points.push(ForeignPoint {
             name: p.name.clone(),
             cpu_seconds: p.seconds,
@@ -357,13 +343,13 @@ pub(super) fn run(
     let folder =
         options.output.clone().unwrap_or_else(|| PathBuf::from(format!("out/bench-{stem}")));
     let workshop = Workshop::new(&folder, scene, &job)?;
-    let gather = options.gather_reference.map(|rays| {
-        let arguments =
-            ["--method".into(), "gather".into(), "--set".into(), format!("gather.rays={rays}")];
-        Configuration { name: format!("gather-reference-{rays}"), arguments: arguments.into() }
-    });
+    let exact_gather = |rays: u32| {
+        let changes = [("gather.rays".to_owned(), rays.to_string())];
+        Configuration::new(format!("gather-reference-{rays}"), Method::Gather, &job.given, &changes)
+    };
+    let gather = options.gather_reference.map(exact_gather).transpose()?;
     measure(&workshop, &entries, gather.as_ref(), rounds, scene, &job)?;
-    let gather = gather.map(|g| read_reference(&workshop.image(&g))).transpose()?;
+    let gather = gather.map(|g| Truth::read(&workshop.image(&g))).transpose()?;
     let mut rows = Vec::new();
     for entry in &entries {
         let Some(measured) = workshop.known(&entry.configuration) else { continue };
@@ -491,8 +477,8 @@ mod tests {
             }
         );
         assert_eq!(
-            parse_sweep("gather:photon.count=1000").unwrap().key.as_deref(),
-            Some("photon.count")
+            parse_sweep("gather:proxy.photons=1000").unwrap().key.as_deref(),
+            Some("proxy.photons")
         );
         for wrong in ["decomposition", "magic=1", "path=", "path=1,,2", "path:=1"] {
             assert!(parse_sweep(wrong).is_err(), "{wrong}");
@@ -533,10 +519,7 @@ mod tests {
             (more.len(), more[5].line.as_str(), more[5].knob.as_str()),
             (6, "decomposition:decompose.rays", "decompose.rays")
         );
-        assert_eq!(
-            more[5].configuration.arguments,
-            ["--method", "decomposition", "--set", "decompose.rays=64"]
-        );
+        assert_eq!(lookup(more[5].configuration.settings(), "decompose.rays"), Some(&64.into()));
         assert!(entries(&options(&["decomposition=many"]), &settings).is_err());
     }
 }

@@ -20,12 +20,12 @@ mod info;
 mod measure;
 mod methods;
 mod options;
+mod picture;
 mod progress;
-mod quality;
 mod render;
 mod report;
+mod settings;
 mod show;
-mod statistics;
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -76,6 +76,8 @@ enum Command {
     Export(export::ExportArgs),
     /// Tell what a scene holds and what is odd about it.
     Info(info::InfoArgs),
+    /// List the settings: key, type, default, range, unit, meaning.
+    Settings(settings::SettingsArgs),
 }
 
 /// Whatever is given to a command that has another name now.
@@ -139,6 +141,7 @@ pub fn run() -> ExitCode {
         Command::Report(args) => report::write(&args, &cancel),
         Command::Export(args) => export::write(&args),
         Command::Info(args) => info::info(&args, &cancel),
+        Command::Settings(args) => settings::settings(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -198,6 +201,13 @@ fn check_writable(path: &std::path::Path) -> Result<()> {
         }),
         _ => Ok(()),
     }
+}
+
+/// Writes a value as indented JSON.
+fn write_json(path: &std::path::Path, value: &impl serde::Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(value)
+        .map_err(|e| Error::Render(format!("{}: {e}", path.display())))?;
+    crate::atomic_file::write_bytes(path, text + "\n")
 }
 
 #[cfg(test)]

@@ -3,17 +3,16 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use clap::Args;
 use std::io::IsTerminal;
 use toml::Value;
 
 use super::progress::Bar;
-use super::quality::Quality;
-use super::{parse_seconds, parse_size, tell};
+use super::{parse_size, tell};
 use crate::accel::Backend;
-use crate::config::{self, RenderConfig};
+use crate::config::{self, Quality, RenderConfig};
 use crate::error::Result;
 use crate::load::{Loaded, load};
 use crate::run::Run;
@@ -40,8 +39,8 @@ pub(super) struct SceneOptions {
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub(super) threads: usize,
     /// Who answers ray queries.
-    #[arg(long, default_value_t, value_enum)]
-    pub(super) backend: Backend,
+    #[arg(long, value_enum)]
+    pub(super) backend: Option<Backend>,
     /// Only errors.
     #[arg(short, long, conflicts_with = "verbose")]
     pub(super) quiet: bool,
@@ -52,10 +51,15 @@ pub(super) struct SceneOptions {
 
 /// A scene and what is to be done with it.
 pub(super) struct Job {
+    /// The scene's file, as the user named it.
+    pub(super) path: PathBuf,
     pub(super) scene: Scene,
+    /// Settings that anything gives: scene file, command line, quality; the others follow.
+    pub(super) given: toml::Table,
     pub(super) config: RenderConfig,
     pub(super) run: Run,
-    pub(super) start: Instant,
+    pub(super) quiet: bool,
+    pub(super) verbose: bool,
 }
 
 impl SceneOptions {
@@ -70,40 +74,39 @@ impl SceneOptions {
         time_limit: Option<f64>,
         cancel: &Arc<AtomicBool>,
     ) -> Result<Job> {
-        let start = Instant::now();
         let mut run = Run::new(self.threads)?;
-        run.deadline = time_limit.map(|s| start + Duration::from_secs_f64(s));
+        run.deadline = time_limit.map(|s| run.started + Duration::from_secs_f64(s));
         run = with_bar(run, self.quiet, cancel);
         let phase = run.phase("load", 1);
-        let Loaded { scene, mut settings, notes, warnings } = self.load()?;
+        let Loaded { scene, mut settings, notes, warnings } = self.read()?;
         drop(phase);
         tell(self.quiet, &notes, &warnings);
-        self.quality.fill(&mut settings)?;
         for (key, value) in extra {
             config::set(&mut settings, key, value.clone())?;
         }
         if let Some(seed) = self.seed {
             config::set(&mut settings, "seed", Value::Integer(seed as i64))?;
         }
-        let config = RenderConfig::from_table(settings)?;
-        Ok(Job { scene, config, run, start })
+        if let Some(backend) = self.backend {
+            config::set(&mut settings, "backend", Value::String(value_name(backend)))?;
+        }
+        self.quality.fill(&mut settings)?;
+        let config = RenderConfig::from_table(settings.clone())?;
+        let (path, quiet, verbose) = (self.scene.clone(), self.quiet, self.verbose);
+        Ok(Job { path, scene, given: settings, config, run, quiet, verbose })
     }
 
-    /// Whether the command line sets this key.
+    /// The scene with overrides and size applied, its settings checked.
     ///
     /// # Errors
-    /// Assignments that cannot be read.
-    pub(super) fn sets(&self, key: &str) -> Result<bool> {
-        for text in &self.assignments {
-            if config::parse_assignment(text)?.0.trim_start_matches("settings.") == key {
-                return Ok(true);
-            }
-        }
-        Ok(false)
+    /// Whatever is wrong with the scene or a setting.
+    pub(super) fn load(&self) -> Result<Loaded> {
+        let loaded = self.read()?;
+        RenderConfig::at_quality(loaded.settings.clone(), self.quality)?;
+        Ok(loaded)
     }
 
-    /// The scene with overrides and size applied.
-    pub(super) fn load(&self) -> Result<Loaded> {
+    fn read(&self) -> Result<Loaded> {
         let mut overrides = Vec::new();
         for text in &self.assignments {
             overrides.push(config::parse_assignment(text)?);
@@ -123,44 +126,28 @@ pub(super) fn with_bar(run: Run, quiet: bool, cancel: &Arc<AtomicBool>) -> Run {
     let reporter: Box<dyn crate::run::Reporter> = if !quiet && std::io::stderr().is_terminal() {
         Box::new(Bar::default())
     } else {
-        Box::new(NoBar)
+        Box::new(NoBar { quiet })
     };
     run.with_reporter(reporter, Arc::clone(cancel))
 }
 
+/// Warnings, but no bar.
 #[derive(Debug)]
-struct NoBar;
+struct NoBar {
+    quiet: bool,
+}
 impl crate::run::Reporter for NoBar {
     fn begin(&self, _: &str, _: u64) {}
     fn advance(&self, _: u64) {}
     fn end(&self) {}
+    fn warn(&self, text: &str) {
+        if !self.quiet {
+            eprintln!("warning: {text}");
+        }
+    }
 }
 
-/// Options about the picture and what is told of it.
-#[derive(Debug, Args)]
-pub(super) struct OutputOptions {
-    /// Image to write: OpenEXR with all layers.
-    #[arg(short, long, value_name = "OUT.exr")]
-    pub(super) output: PathBuf,
-    /// Samples per pixel.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub(super) spp: Option<u32>,
-    /// Stop a progressive method after this time: seconds, or 90s, 1.5m, 2h.
-    #[arg(long, value_name = "TIME", value_parser = parse_seconds)]
-    pub(super) time_limit: Option<f64>,
-    /// Layers to write beside the beauty; default all.
-    #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
-    pub(super) aov: Vec<String>,
-    /// Write statistics as JSON.
-    #[arg(long, value_name = "FILE.json")]
-    pub(super) stats: Option<PathBuf>,
-    /// Write a PNG beside the image.
-    #[arg(long)]
-    pub(super) png: bool,
-    /// Exposure of the PNG in stops.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "STOPS")]
-    pub(super) exposure: f32,
-    /// Store colours in 16 bits.
-    #[arg(long)]
-    pub(super) half: bool,
+/// The name of a choice, as written on the command line.
+pub(super) fn value_name<T: clap::ValueEnum>(choice: T) -> String {
+    choice.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned())
 }

@@ -61,6 +61,14 @@ impl Reporter for Bar {
         }
     }
 
+    fn warn(&self, text: &str) {
+        let bar = self.0.lock().ok().and_then(|s| s.last().and_then(|p| p.bar.clone()));
+        match bar {
+            Some(bar) => bar.suspend(|| eprintln!("warning: {text}")),
+            None => eprintln!("warning: {text}"),
+        }
+    }
+
     fn end(&self) {
         if let Ok(mut stack) = self.0.lock()
             && let Some(Phase { bar: Some(bar), .. }) = stack.pop()

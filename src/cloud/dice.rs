@@ -65,8 +65,8 @@ impl Piece {
 pub fn dice(geometry: &Geometry, density: Density) -> Result<Vec<Piece>> {
     let total: f64 = (0..geometry.len() as u32).map(|t| f64::from(geometry.area(t))).sum();
     let (key, count) = match density {
-        Density::Elements(n) => ("points.elements", n as f64),
-        Density::PerArea(d) => ("points.density", d * total),
+        Density::Elements(n) => ("point_based.elements", n as f64),
+        Density::PerArea(d) => ("point_based.density", d * total),
     };
     if !(count >= 1.0 && count <= MAX_ELEMENTS as f64) {
         return Err(Error::setting(

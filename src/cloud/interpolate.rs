@@ -31,7 +31,7 @@ use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::radiosity::gather_all;
-use super::{Gathered, Hierarchy, Overlap, PointsSettings, Receiver};
+use super::{Gathered, Hierarchy, Overlap, PointBasedSettings, Receiver};
 use crate::error::Result;
 use crate::math::Frame;
 use crate::run::Run;
@@ -99,7 +99,7 @@ struct Block {
 /// [`crate::error::Error::Interrupted`].
 pub fn gather_some(
     tree: &Hierarchy,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     receivers: Receivers<'_>,
     sky: &Sky,
     run: &Run,
@@ -265,7 +265,7 @@ fn interpolate(
     block: &Block,
     index: &Index<'_>,
     receivers: Receivers<'_>,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     lit: bool,
     near: &mut Vec<u32>,
 ) -> Given {
@@ -293,7 +293,7 @@ fn value(
     near: &[u32],
     index: &Index<'_>,
     receivers: Receivers<'_>,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     lit: bool,
 ) -> Option<Gathered> {
     let variation = settings.maxvariation;

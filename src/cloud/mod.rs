@@ -10,7 +10,7 @@
 //! | `dice` | [`dice`]: every triangle cut into pieces of equal area |
 //! | `element` | [`Cloud`]: position, normal, area and channels of the discs |
 //! | `cloud_file` | [`write_cloud`], [`read_cloud`]: clouds as PLY |
-//! | `settings` | [`PointsSettings`] |
+//! | `settings` | [`PointBasedSettings`] |
 //! | `pack` | normals, colours and spherical harmonics in few bytes |
 //! | `hierarchy` | [`Hierarchy`]: the discs in order and the nodes above them |
 //! | `tree_build`, `group_sums` | how the tree is split, and what a group of discs sums up to |
@@ -53,5 +53,5 @@ pub use interpolate::{Receivers, gather_some};
 pub use plain_sum::{Accessibility, sum};
 pub use radiosity::{ProxyInputs, accessibility, bake, bake_areas, element_irradiance, gather_all};
 pub use raster::Gathered;
-pub use settings::{FalloffMode, HitSides, Overlap, PointsSettings, RadiositySource};
+pub use settings::{FalloffMode, HitSides, Overlap, PointBasedSettings, RadiositySource};
 pub use tree_walk::{Gather, Receiver};

@@ -22,7 +22,7 @@ use glam::Vec3;
 
 use super::hierarchy::{Disc, Hierarchy};
 use super::raster::Gathered;
-use super::settings::PointsSettings;
+use super::settings::PointBasedSettings;
 use super::tree_walk::{Seen, seen};
 use super::{Cloud, Receiver};
 use crate::math::Frame;
@@ -84,7 +84,7 @@ fn disc_integral(disc: &Disc, d: Vec3, normal: Vec3) -> f32 {
 /// The plain sum at a receiver; `weights` from the passes of `bunnell`.
 pub fn sum(
     tree: &Hierarchy,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     weights: Option<&Accessibility>,
     r: &Receiver,
 ) -> Gathered {
@@ -209,11 +209,11 @@ mod tests {
         // The tolerance is that of groups, and of discs that stick out of the edges of the box or
         // leave its corners open.
         for (solid_angle, tolerance) in [(0.0, 0.004), (0.01, 0.012), (0.05, 0.025), (0.2, 0.06)] {
-            let settings = PointsSettings {
+            let settings = PointBasedSettings {
                 maxsolidangle: solid_angle,
                 overlap: Overlap::None,
                 clamp: false,
-                ..PointsSettings::default()
+                ..PointBasedSettings::default()
             };
             for (p, n) in [
                 (Vec3::new(0.5, 1e-4, 0.5), Vec3::Y),

@@ -12,7 +12,7 @@
 //! rest of the series is estimated as Δ_k q / (1 − q), where q is the ratio of the powers of the
 //! last two bounces. With `radiosity = "photon"` the indirect light is the proxy's instead.
 //!
-//! Input is a [`World`] with [`PointsSettings`]; output is a [`Cloud`] with the channels of
+//! Input is a [`World`] with [`PointBasedSettings`]; output is a [`Cloud`] with the channels of
 //! [`super::element`], the same for any number of threads. The cost is `direct_samples` shadow rays
 //! per element and side, and a gather per group, facing and bounce.
 
@@ -21,12 +21,12 @@ use rayon::prelude::*;
 
 use super::plain_sum::mean_open;
 use super::{
-    Accessibility, Cloud, Gather, Gathered, Hierarchy, Overlap, Piece, PointsSettings,
+    Accessibility, Cloud, Gather, Gathered, Hierarchy, Overlap, Piece, PointBasedSettings,
     RadiositySource, Receiver, dice, sum,
 };
 use crate::error::Result;
 use crate::math::offset_origin;
-use crate::photon::{PhotonSettings, solve};
+use crate::photon::{ProxySettings, solve};
 use crate::radiometry::{MAX_ALBEDO, Rgb};
 use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream};
@@ -39,7 +39,7 @@ pub struct ProxyInputs<'a> {
     /// Longest edge of a cell, scene units.
     pub near_cell: f32,
     /// The proxy.
-    pub photon: &'a PhotonSettings,
+    pub photon: &'a ProxySettings,
 }
 
 /// Elements are put in about this many groups, of 8 to 64, for bounces on them.
@@ -68,7 +68,7 @@ struct Lit {
 /// As [`dice`].
 pub fn bake_areas(
     world: &World,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     run: &Run,
 ) -> Result<(Cloud, Vec<Piece>)> {
     settings.validate()?;
@@ -87,7 +87,7 @@ pub fn bake_areas(
 /// For settings out of range, as [`dice`] and [`solve`], [`crate::error::Error::Interrupted`].
 pub fn bake(
     world: &World,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     proxy: ProxyInputs<'_>,
     seed: u64,
     run: &Run,
@@ -212,10 +212,10 @@ fn bounces(
     leaving: &mut [Vec<Rgb>; 2],
     sky: &Sky,
     diagonal: f32,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     run: &Run,
 ) -> Result<()> {
-    let coarse = PointsSettings {
+    let coarse = PointBasedSettings {
         maxsolidangle: settings.maxsolidangle.max(BOUNCE_SOLID_ANGLE),
         microbufres: settings.microbufres.min(BOUNCE_RES),
         overlap: Overlap::Raster,
@@ -270,7 +270,7 @@ pub fn element_irradiance(
     cloud: &Cloud,
     sky: &Sky,
     diagonal: f32,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     run: &Run,
 ) -> Result<[Vec<Rgb>; 2]> {
     let groups = like_elements(tree, cloud);
@@ -293,7 +293,7 @@ pub fn accessibility(
     tree: &Hierarchy,
     cloud: &Cloud,
     diagonal: f32,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     run: &Run,
 ) -> Result<Option<Accessibility>> {
     if settings.overlap != Overlap::Bunnell {
@@ -397,7 +397,7 @@ fn under(sky: &Sky, r: &Receiver, how: std::result::Result<&mut Gather<'_>, Gath
 /// [`crate::error::Error::Interrupted`].
 pub fn gather_all(
     tree: &Hierarchy,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     weights: Option<&Accessibility>,
     receivers: &[Receiver],
     sky: &Sky,

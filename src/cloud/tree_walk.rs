@@ -13,7 +13,7 @@
 //! raster first and groups behind full directions are not opened. The receiver sees the side of an
 //! element that faces it.
 //!
-//! Input is a [`Hierarchy`] with [`PointsSettings`], and per receiver a position and two normals;
+//! Input is a [`Hierarchy`] with [`PointBasedSettings`], and per receiver a position and two normals;
 //! output is [`Gathered`]. Results are finite at any distance, zero included, and the same for any
 //! number of threads; elements in or below the receiver's plane do not count. Visibility is not
 //! finer than the raster, and light and shade are not finer than the elements. A gather takes about
@@ -23,7 +23,7 @@ use glam::Vec3;
 
 use super::hierarchy::{Appearance, Disc, Hierarchy, Node};
 use super::raster::{Face, Gathered, LargeDisc, Raster, Shape, Splat};
-use super::settings::PointsSettings;
+use super::settings::PointBasedSettings;
 use crate::math::Frame;
 use crate::radiometry::Rgb;
 
@@ -57,7 +57,7 @@ const LEVEL: f32 = 1e-3;
 #[derive(Clone, Debug)]
 pub struct Gather<'a> {
     tree: &'a Hierarchy,
-    settings: &'a PointsSettings,
+    settings: &'a PointBasedSettings,
     shape: Shape,
     raster: Raster,
     heads: Vec<u32>,
@@ -123,7 +123,7 @@ pub(super) fn seen(node: &Node, a: &Appearance, w: Vec3) -> Option<Seen> {
 
 impl<'a> Gather<'a> {
     /// For receivers of the tree.
-    pub fn new(tree: &'a Hierarchy, settings: &'a PointsSettings) -> Self {
+    pub fn new(tree: &'a Hierarchy, settings: &'a PointBasedSettings) -> Self {
         let shape = Shape::new(
             settings.microbufres as usize,
             settings.coneangle.to_radians().cos().max(0.0),
@@ -411,7 +411,7 @@ mod tests {
     #[test]
     fn inside_a_closed_box_all_is_occluded_and_light_is_even() {
         let tree = tree(&cube(), 60_000, Rgb::new(3.0, 2.0, 1.0), HitSides::Both);
-        let settings = PointsSettings::default();
+        let settings = PointBasedSettings::default();
         let mut gather = Gather::new(&tree, &settings);
         for (p, n) in [
             (Vec3::new(0.5, 0.0, 0.5), Vec3::Y),
@@ -444,7 +444,7 @@ mod tests {
         let tree = tree(&[wall], 400_000, Rgb::ONE, HitSides::Both);
         for (solid_angle, tolerance) in [(0.1, 0.015), (0.05, 0.012), (0.01, 0.008)] {
             let settings =
-                PointsSettings { maxsolidangle: solid_angle, ..PointsSettings::default() };
+                PointBasedSettings { maxsolidangle: solid_angle, ..PointBasedSettings::default() };
             let g = Gather::new(&tree, &settings).gather(&Receiver {
                 p: Vec3::ZERO,
                 ng: Vec3::Y,
@@ -470,19 +470,20 @@ mod tests {
         let roof = |sides| tree(&[roof], 1_000_000, Rgb::ONE, sides);
         let (tree, front, back) =
             (roof(HitSides::Both), roof(HitSides::Front), roof(HitSides::Back));
-        let of = |tree: &Hierarchy, settings: PointsSettings, y: f32| {
+        let of = |tree: &Hierarchy, settings: PointBasedSettings, y: f32| {
             Gather::new(tree, &settings).gather(&Receiver {
                 p: Vec3::new(0.1, y, 0.1),
                 ng: Vec3::Y,
                 ns: Vec3::Y,
             })
         };
-        let at = |settings: PointsSettings, y: f32| of(&tree, settings, y);
-        let default = PointsSettings::default();
+        let at = |settings: PointBasedSettings, y: f32| of(&tree, settings, y);
+        let default = PointBasedSettings::default();
         assert!(at(default.clone(), 0.0).occlusion > 0.98);
         // Within distance 2: the cone of 60 degrees, sin² = 3/4.
         assert!(
-            (at(PointsSettings { maxdist: 2.0, ..default.clone() }, 0.0).occlusion - 0.75).abs()
+            (at(PointBasedSettings { maxdist: 2.0, ..default.clone() }, 0.0).occlusion - 0.75)
+                .abs()
                 < 0.01
         );
         // The winding of the roof faces down, towards the receiver.
@@ -495,9 +496,9 @@ mod tests {
         assert_eq!(at(default.clone(), 1.5).occlusion, 0.0);
         let touching = at(default.clone(), 0.9999).occlusion;
         assert!(touching > 0.95, "{touching}");
-        assert_eq!(at(PointsSettings { bias: 0.01, ..default.clone() }, 0.995).occlusion, 0.0);
+        assert_eq!(at(PointBasedSettings { bias: 0.01, ..default.clone() }, 0.995).occlusion, 0.0);
         // A narrow cone sees only the roof, and ∫ over it is π sin².
-        let cone = at(PointsSettings { coneangle: 20.0, ..default }, 0.0);
+        let cone = at(PointBasedSettings { coneangle: 20.0, ..default }, 0.0);
         assert!(
             (cone.occlusion - 1.0).abs() < 1e-2
                 && (cone.irradiance.x / 20f32.to_radians().sin().powi(2) - 1.0).abs() < 0.02,

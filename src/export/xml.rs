@@ -77,7 +77,8 @@ impl Document {
         let faces = if normals { "" } else { "<boolean name=\"face_normals\" value=\"true\"/>" };
         let _ = writeln!(
             self.body,
-            "    <shape type=\"ply\"><string name=\"filename\" value=\"{file}\"/>{faces}<ref id=\"material-{id}\"/>{light}</shape>"
+            "    <shape type=\"ply\"><string name=\"filename\" value=\"{file}\"/>{faces}<ref \
+             id=\"material-{id}\"/>{light}</shape>"
         );
     }
 
@@ -85,7 +86,8 @@ impl Document {
     pub fn material(&mut self, id: u32, material: &Material, texture: bool, mask: bool) {
         let bitmap = |slot: &str, file: &str, more: &str| {
             format!(
-                "<texture type=\"bitmap\" name=\"{slot}\"><string name=\"filename\" value=\"{file}-{id}.png\"/>{more}</texture>"
+                "<texture type=\"bitmap\" name=\"{slot}\"><string name=\"filename\" \
+                 value=\"{file}-{id}.png\"/>{more}</texture>"
             )
         };
         let albedo = material.albedo.clamp(Rgb::ZERO, Rgb::splat(MAX_ALBEDO));
@@ -100,7 +102,8 @@ impl Document {
             )
         };
         let named = format!(" id=\"material-{id}\"");
-        let nearest = "<string name=\"filter_type\" value=\"nearest\"/><boolean name=\"raw\" value=\"true\"/>";
+        let nearest = "<string name=\"filter_type\" value=\"nearest\"/><boolean name=\"raw\" \
+                       value=\"true\"/>";
         let text = if mask {
             format!(
                 "<bsdf type=\"mask\"{named}>{}{}</bsdf>",
@@ -126,7 +129,8 @@ impl Document {
             Light::Quad { radiance, .. } => {
                 let file = format!("<string name=\"filename\" value=\"quad-{number}.ply\"/>");
                 format!(
-                    "<shape type=\"ply\">{file}<boolean name=\"face_normals\" value=\"true\"/>{BLACK}{}</shape>",
+                    "<shape type=\"ply\">{file}<boolean name=\"face_normals\" \
+                     value=\"true\"/>{BLACK}{}</shape>",
                     area(radiance)
                 )
             }
@@ -136,7 +140,8 @@ impl Document {
                     center.x, center.y, center.z
                 );
                 format!(
-                    "<shape type=\"sphere\">{center}<float name=\"radius\" value=\"{radius}\"/>{BLACK}{}</shape>",
+                    "<shape type=\"sphere\">{center}<float name=\"radius\" \
+                     value=\"{radius}\"/>{BLACK}{}</shape>",
                     area(radiance)
                 )
             }
@@ -160,7 +165,8 @@ impl Document {
                 let angle = angular_radius_deg.to_radians();
                 let up = direction_to_sun.any_orthonormal_vector();
                 let disc = format!(
-                    "<transform name=\"to_world\"><scale value=\"{}\"/><lookat origin=\"{}\" target=\"{}\" up=\"{}\"/></transform>",
+                    "<transform name=\"to_world\"><scale value=\"{}\"/><lookat origin=\"{}\" \
+                     target=\"{}\" up=\"{}\"/></transform>",
                     distance * angle.tan(),
                     numbers(at),
                     numbers(center),
@@ -182,7 +188,8 @@ impl Document {
                     rows.join(" ")
                 );
                 format!(
-                    "<emitter type=\"envmap\"><string name=\"filename\" value=\"environment-{number}.exr\"/>{matrix}</emitter>"
+                    "<emitter type=\"envmap\"><string name=\"filename\" \
+                     value=\"environment-{number}.exr\"/>{matrix}</emitter>"
                 )
             }
             Light::Point { position, intensity } => {
@@ -195,13 +202,15 @@ impl Document {
             Light::Spot { position, direction, intensity, inner_deg, outer_deg } => {
                 let up = direction.any_orthonormal_vector();
                 let at = format!(
-                    "<transform name=\"to_world\"><lookat origin=\"{}\" target=\"{}\" up=\"{}\"/></transform>",
+                    "<transform name=\"to_world\"><lookat origin=\"{}\" target=\"{}\" \
+                     up=\"{}\"/></transform>",
                     numbers(position),
                     numbers(position + direction),
                     numbers(up)
                 );
                 let cone = format!(
-                    "<float name=\"cutoff_angle\" value=\"{outer_deg}\"/><float name=\"beam_width\" value=\"{}\"/>",
+                    "<float name=\"cutoff_angle\" value=\"{outer_deg}\"/><float \
+                     name=\"beam_width\" value=\"{}\"/>",
                     inner_deg.min(outer_deg * 0.999)
                 );
                 format!(

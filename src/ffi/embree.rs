@@ -102,7 +102,8 @@ impl Device {
             _ => "did not find the hit of a test ray",
         };
         Err(Error::Accel(format!(
-            "the Embree library is {}, the headers this program was compiled with are {}, and the library {fault}: rebuild against the library's own headers",
+            "the Embree library is {}, the headers this program was compiled with are {}, and the \
+             library {fault}: rebuild against the library's own headers",
             dotted(library),
             dotted(headers)
         )))
@@ -141,7 +142,8 @@ fn check_versions(library: u32, headers: u32) -> Result<()> {
         return Ok(());
     }
     Err(Error::Accel(format!(
-        "the Embree library is {}, but this program was compiled with the headers of {}: install a library of the same major version that is not older, \
+        "the Embree library is {}, but this program was compiled with the headers of {}: install \
+         a library of the same major version that is not older, \
          or rebuild against its headers",
         dotted(library),
         dotted(headers)
@@ -152,17 +154,21 @@ fn dotted(version: u32) -> String {
     format!("{}.{}.{}", version / 10_000, version / 100 % 100, version % 100)
 }
 
-/// A triangle mesh that Embree shares. Nothing of it changes while it lives: every call gives the
-/// same slices.
+/// A triangle mesh that Embree shares.
+///
+/// Memory safety does not rest on implementations: [`Scene::build`] asks for the slices once,
+/// checks what it got, and keeps the owner's [`Arc`] as long as Embree holds them, so they stay
+/// borrowed.
 pub trait Triangles: std::fmt::Debug + Send + Sync + 'static {
     /// Vertices.
     fn positions(&self) -> &[Vec3];
     /// Three vertices a triangle.
     fn indices(&self) -> &[[u32; 3]];
     /// Whether some triangle is not there everywhere; only then [`Triangles::exists`] is asked.
+    /// Asked once.
     fn masked(&self) -> bool;
     /// True when the surface exists at barycentrics (u, v). Asked from inside queries, on any
-    /// thread; must not panic.
+    /// thread; a panic ends the process.
     fn exists(&self, triangle: u32, u: f32, v: f32) -> bool;
 }
 
@@ -201,13 +207,15 @@ impl Scene {
     /// [`Error::Accel`] for more triangles than Embree can number, an index out of range, or no
     /// memory left.
     pub fn build<T: Triangles>(device: &Device, owner: &Arc<T>) -> Result<Self> {
-        let (vertices, triangles) = (owner.positions().len(), owner.indices().len());
+        // Once each: what is checked here is what Embree gets.
+        let (positions, indices) = (owner.positions(), owner.indices());
+        let (vertices, triangles) = (positions.len(), indices.len());
         if triangles >= shim::NF_MISS as usize || vertices > u32::MAX as usize {
             return Err(Error::Accel(format!(
                 "{triangles} triangles with {vertices} vertices are more than Embree can number"
             )));
         }
-        if let Some(i) = owner.indices().iter().flatten().find(|&&i| i as usize >= vertices) {
+        if let Some(i) = indices.iter().flatten().find(|&&i| i as usize >= vertices) {
             return Err(Error::Accel(format!(
                 "vertex index {i} is out of range: there are {vertices} vertices"
             )));
@@ -230,7 +238,7 @@ impl Scene {
             sys::rtcSetSceneBuildQuality(scene.handle, sys::RTCBuildQuality::MEDIUM);
         }
         if triangles > 0 {
-            scene.attach(device, owner.positions(), owner.indices())?;
+            scene.attach(device, positions, indices)?;
         }
         // SAFETY: the scene is live, its geometry is committed.
         unsafe { sys::rtcCommitScene(scene.handle) };
@@ -246,8 +254,9 @@ impl Scene {
         let mesh = unsafe { sys::rtcNewGeometry(device.0, sys::RTCGeometryType::TRIANGLE) };
         let n = positions.len();
         // SAFETY: `mesh` is live. Embree allocates `n` vertices of 12 bytes and the padding it
-        // wants; the copy stays inside. The shared indices are in range (checked by the caller),
-        // and owned and unchanged as long as the scene; so is the mask.
+        // wants; the copy stays inside. The shared indices are in range (checked by the caller on
+        // this very slice); they are borrowed from what `_triangles` points to, which no one can
+        // borrow mutably or move while the scene holds it. The mask is owned by the scene.
         unsafe {
             let buffer = sys::rtcSetNewGeometryBuffer(
                 mesh,
@@ -376,6 +385,37 @@ mod tests {
         fn exists(&self, _: u32, _: f32, _: f32) -> bool {
             true
         }
+    }
+
+    /// Right when first asked, out of range from then on.
+    #[derive(Debug, Default)]
+    struct Liar(std::sync::atomic::AtomicUsize);
+    impl Triangles for Liar {
+        fn positions(&self) -> &[Vec3] {
+            const { &[Vec3::ZERO, Vec3::X, Vec3::Y] }
+        }
+        fn indices(&self) -> &[[u32; 3]] {
+            match self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed) {
+                0 => &[[0, 1, 2]],
+                _ => &[[1 << 30, 1 << 30, 1 << 30]],
+            }
+        }
+        fn masked(&self) -> bool {
+            false
+        }
+        fn exists(&self, _: u32, _: f32, _: f32) -> bool {
+            true
+        }
+    }
+
+    #[test]
+    fn what_was_checked_is_what_embree_gets() {
+        let liar = Arc::new(Liar::default());
+        let scene = Scene::build(&Device::new(1).unwrap(), &liar).unwrap();
+        let mut hit = [None];
+        scene.closest(&[Ray::new(Vec3::new(0.2, 0.2, 1.0), -Vec3::Z)], &mut hit, 1);
+        let Some(Hit { t, triangle: 0, .. }) = hit[0] else { panic!("{hit:?}") };
+        assert!((t - 1.0).abs() < 1e-6, "{t}");
     }
 
     #[test]

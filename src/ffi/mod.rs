@@ -1,11 +1,14 @@
-//! The borders to C: the only folder with unsafe code. What is public here is safe to call.
+//! The borders to C and to the CPU: the only folder with unsafe code. What is public here is safe
+//! to call.
 //!
 //! | Border | Library |
 //! |---|---|
 //! | `embree` (feature) | Embree 4.3 or later, linked at build time through `ffi/embree_shim.c` |
+//! | [`lanes`] | none: vectors of the CPU, chosen at run time |
 //! | [`oidn`] | Open Image Denoise 2, opened at run time where it is there |
-#![expect(unsafe_code, reason = "the borders to C: every block says why it is sound")]
+#![expect(unsafe_code, reason = "the borders: every block says why it is sound")]
 
 #[cfg(feature = "embree")]
 pub mod embree;
+pub mod lanes;
 pub mod oidn;

@@ -118,6 +118,12 @@ pub struct Input<'a> {
     pub clean: bool,
 }
 
+/// What the system says, where it says anything.
+fn reason(error: &libloading::Error) -> String {
+    use std::error::Error as _;
+    error.source().map_or_else(|| error.to_string(), ToString::to_string)
+}
+
 impl Denoiser {
     /// Opens the library where `NEARFAR_OIDN` or the system has it; `threads` threads at work.
     ///
@@ -138,7 +144,8 @@ impl Denoiser {
                 if files.is_empty() {
                     let names = NAMES.join(" or ");
                     return Err(Error::Usage(format!(
-                        "{VARIABLE}={}: no such file, and no folder with {names}: correct or unset it",
+                        "{VARIABLE}={}: no such file, and no folder with {names}: correct or \
+                         unset it",
                         place.to_string_lossy()
                     )));
                 }
@@ -152,12 +159,14 @@ impl Denoiser {
             // under this name; those of Open Image Denoise expect nothing of the program.
             match unsafe { Library::new(&file) } {
                 Ok(library) => return Self::start(library, &file, threads),
-                Err(error) => reasons.push(error.to_string()),
+                Err(error) => reasons.push(reason(&error)),
             }
         }
         Err(Error::Usage(format!(
-            "Open Image Denoise cannot be opened ({}): install version 2 (its own release, the package libopenimagedenoise2 of a distribution, or the \
-             Python package pyoidn) and name its file or folder in {VARIABLE} when the system does not find it, or render without --denoise",
+            "Open Image Denoise cannot be opened ({}): install version 2 (its own release, the \
+             package libopenimagedenoise2 of a distribution, or the \
+             Python package pyoidn) and name its file or folder in {VARIABLE} when the system \
+             does not find it, or render without --denoise",
             reasons.join("; ")
         )))
     }
@@ -166,7 +175,8 @@ impl Denoiser {
         let file = file.display();
         let fix = format!("install version 2, or name another library in {VARIABLE}");
         let api = Api::load(library).map_err(|e| {
-            Error::Usage(format!("{file} is not Open Image Denoise 2 ({e}): {fix}"))
+            let reason = reason(&e);
+            Error::Usage(format!("{file} is not Open Image Denoise 2 ({reason}): {fix}"))
         })?;
         // SAFETY: a function of one number; the handle is owned by `Self` from here on, or null.
         let device = unsafe { (api.new_device)(DEVICE_CPU) };

@@ -5,9 +5,11 @@
 //! name. Rows run from the top.
 
 mod exr;
+pub mod layer;
 mod png;
 
 pub use exr::{Precision, read_exr, write_exr};
+pub use layer::{Channels, Layer, layer_of};
 pub(crate) use png::write_png_bytes;
 pub use png::{srgb8, write_png, write_png_rgb};
 

@@ -508,7 +508,8 @@ fn light(entry: &LightEntry) -> (Light, Option<&'static str>) {
                 problem
             } else {
                 Some(
-                    "the quad light has no area; edge1 and edge2 must be finite and span a parallelogram",
+                    "the quad light has no area; edge1 and edge2 must be finite and span a \
+                     parallelogram",
                 )
             };
             (Light::Quad { corner, edge1, edge2, radiance }, problem)

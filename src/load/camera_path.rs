@@ -6,7 +6,7 @@
 //! target = [0, 1.2, 0]
 //! up = [0, 1, 0]               # optional, like vfov_deg: else as in the scene
 //! vfov_deg = 45
-//! time = 0                     # optional, in all keys or in none: any unit, rising; else keys are equally spaced
+//! time = 0                     # in all keys, of any unit, rising; or in none: equally spaced
 //! ```
 
 use std::path::Path;
@@ -96,11 +96,16 @@ mod tests {
     #[test]
     fn keys_and_faults() {
         let read = |text: &str| parse(Path::new("p.toml"), text, &Camera::default());
-        let path = read("[[key]]\neye=[0,0,1]\ntarget=[0,0,0]\n[[key]]\neye=[1,0,1]\ntarget=[0,0,0]\nvfov_deg=60\n").unwrap();
+        let path = read(
+            "[[key]]\neye=[0,0,1]\ntarget=[0,0,0]\n\
+             [[key]]\neye=[1,0,1]\ntarget=[0,0,0]\nvfov_deg=60\n",
+        )
+        .unwrap();
         assert_eq!((path.frame(0, 2).vfov_deg, path.frame(1, 2).vfov_deg), (45.0, 60.0));
         let two = |a: &str, b: &str| {
             format!(
-                "[[key]]\neye=[0,0,1]\ntarget=[0,0,0]\n{a}\n[[key]]\neye=[1,0,1]\ntarget=[0,0,0]\n{b}\n"
+                "[[key]]\neye=[0,0,1]\ntarget=[0,0,0]\n{a}\n\
+                 [[key]]\neye=[1,0,1]\ntarget=[0,0,0]\n{b}\n"
             )
         };
         for (text, expected) in [

@@ -123,7 +123,11 @@ const HEADER: usize = 128;
 fn read_hair(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<CurveFile> {
     let fail = |message: String| Error::input(path, None, message);
     if bytes.len() < HEADER || &bytes[..4] != b"HAIR" {
-        return Err(fail("is no HAIR file: its header is missing; give a .hair file, or rename a text file to .curves".into()));
+        return Err(fail(
+            "is no HAIR file: its header is missing; give a .hair file, or rename a text file to \
+             .curves"
+                .into(),
+        ));
     }
     let word = |at: usize| [bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]];
     let (whole, real) =
@@ -139,7 +143,8 @@ fn read_hair(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<Cu
     let need = HEADER + sizes.iter().filter(|(bit, _)| has(*bit)).map(|(_, n)| n).sum::<usize>();
     if bytes.len() < need {
         return Err(fail(format!(
-            "is cut short: {strands} strands of {points} points take {need} bytes, the file has {}; copy it again",
+            "is cut short: {strands} strands of {points} points take {need} bytes, the file has \
+             {}; copy it again",
             bytes.len()
         )));
     }

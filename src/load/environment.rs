@@ -47,7 +47,8 @@ pub fn read_environment(path: &Path, scale: Rgb, world_from_map: Mat3) -> Result
     if let Some(i) = texels.iter().position(|c| !c.is_finite() || c.min_element() < 0.0) {
         let c = texels[i];
         return Err(fail(format!(
-            "texel ({}, {}) is [{}, {}, {}]; radiance must be finite and not negative: mend the picture",
+            "texel ({}, {}) is [{}, {}, {}]; radiance must be finite and not negative: mend the \
+             picture",
             i % width,
             i / width,
             c.x,

@@ -137,7 +137,11 @@ pub fn read_obj(path: &Path, warnings: &mut Vec<String>) -> Result<Obj> {
     }
     if without_material > 0 {
         obj.materials.push(MtlMaterial::stand_in("default"));
-        warnings.push(format!("{}: {without_material} triangles have no material and become grey; assign one with usemtl", path.display()));
+        warnings.push(format!(
+            "{}: {without_material} triangles have no material and become grey; assign one with \
+             usemtl",
+            path.display()
+        ));
     }
     if obj.mesh.normals.iter().all(|&n| n == Vec3::ZERO) {
         obj.mesh.normals.clear();
@@ -181,7 +185,11 @@ fn collect_materials(
             && !defined.contains(name)
             && !materials.iter().any(|m| m.name == *name)
         {
-            warnings.push(format!("{}: material \"{name}\" is not defined and becomes grey; define it in an MTL file or as [material.{name}]", path.display()));
+            warnings.push(format!(
+                "{}: material \"{name}\" is not defined and becomes grey; define it in an MTL \
+                 file or as [material.{name}]",
+                path.display()
+            ));
             materials.push(MtlMaterial::stand_in(name));
         }
     }

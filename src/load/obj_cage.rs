@@ -6,11 +6,13 @@
 //! them:
 //!
 //! ```text
-//! t NAME ints/floats/strings …          # numbers of arguments, then the arguments; vertices and faces count from 0
-//! t crease 2/1/0 4 7 2.5                # edge 4–7 stays sharp for 2.5 levels; n vertices are a chain, with one sharpness or n − 1
+//! t NAME ints/floats/strings …          # numbers of arguments, then the arguments;
+//!                                       # vertices and faces count from 0
+//! t crease 2/1/0 4 7 2.5                # edge 4–7 stays sharp for 2.5 levels; n vertices are
+//!                                       # a chain, with one sharpness or n − 1
 //! t corner 1/1/0 4 10                   # vertex 4; n vertices with one sharpness or n
 //! t hole 1/0/0 9                        # face 9 shapes the surface but is not part of it
-//! t interpolateboundary 1/0/0 1         # open edges: 0 faces left out, 1 creases with corners, 2 creases
+//! t interpolateboundary 1/0/0 1         # open edges: 0 no faces, 1 creases with corners, 2 creases
 //! ```
 //!
 //! Not  other tags: they are listed in a warning. Normals of the file: the surface has its own.
@@ -67,7 +69,12 @@ pub fn read_cage(path: &Path, warnings: &mut Vec<String>) -> Result<(Cage, Vec<M
             .collect();
         let with_uvs = m.texcoord_indices.len() == m.indices.len() && !m.indices.is_empty();
         if !with_uvs && !m.texcoord_indices.is_empty() {
-            warnings.push(format!("{}: some faces of \"{}\" lack texture coordinates; those of the others are ignored", path.display(), model.name));
+            warnings.push(format!(
+                "{}: some faces of \"{}\" lack texture coordinates; those of the others are \
+                 ignored",
+                path.display(),
+                model.name
+            ));
         }
         let uv_base = cage.uvs.len() as u32;
         if with_uvs {
@@ -111,7 +118,11 @@ pub fn read_cage(path: &Path, warnings: &mut Vec<String>) -> Result<(Cage, Vec<M
         }
     }
     if dropped > 0 {
-        warnings.push(format!("{}: {dropped} faces have fewer than three distinct corners, or one twice, and are left out", path.display()));
+        warnings.push(format!(
+            "{}: {dropped} faces have fewer than three distinct corners, or one twice, and are \
+             left out",
+            path.display()
+        ));
     }
     if without_material > 0 {
         materials.push(MtlMaterial::stand_in("default"));
@@ -148,7 +159,8 @@ struct Tag<'a> {
 fn parse_tag(line: &str) -> std::result::Result<Tag<'_>, String> {
     let form = || {
         format!(
-            "\"{}\" is no tag; write t NAME ints/floats/strings and as many arguments, e.g. t crease 2/1/0 4 7 2.5",
+            "\"{}\" is no tag; write t NAME ints/floats/strings and as many arguments, e.g. t \
+             crease 2/1/0 4 7 2.5",
             line.trim()
         )
     };
@@ -159,7 +171,8 @@ fn parse_tag(line: &str) -> std::result::Result<Tag<'_>, String> {
     let rest: Vec<&str> = words.collect();
     if Some(rest.len()) != ints.checked_add(floats).and_then(|n| n.checked_add(strings)) {
         return Err(format!(
-            "the tag announces {ints} + {floats} + {strings} arguments and has {}; correct the counts",
+            "the tag announces {ints} + {floats} + {strings} arguments and has {}; correct the \
+             counts",
             rest.len()
         ));
     }
@@ -233,12 +246,17 @@ fn tags(
         match tag.name {
             "crease" => {
                 if tag.ints.len() < 2 {
-                    return Err(fail("a crease needs at least two vertices; write t crease 2/1/0 V0 V1 SHARPNESS".into()));
+                    return Err(fail(
+                        "a crease needs at least two vertices; write t crease 2/1/0 V0 V1 SHARPNESS"
+                            .into(),
+                    ));
                 }
                 let sharpness = each(tag.ints.len() - 1, "edges")?;
                 for (pair, s) in tag.ints.windows(2).zip(sharpness) {
                     match (vertex(pair[0])?, vertex(pair[1])?) {
-                        (Some(a), Some(b)) if edges.contains(&sorted([a, b])) => cage.creases.push(([a, b], s)),
+                        (Some(a), Some(b)) if edges.contains(&sorted([a, b])) => {
+                            cage.creases.push(([a, b], s))
+                        }
                         _ => missing += 1,
                     }
                 }
@@ -253,7 +271,12 @@ fn tags(
             }
             "hole" => {
                 for &i in &tag.ints {
-                    let face = faces.get(i).ok_or_else(|| fail(format!("face {i} is out of range: the file has {}, counted from 0 in tags", faces.len())))?;
+                    let face = faces.get(i).ok_or_else(|| {
+                        fail(format!(
+                            "face {i} is out of range: the file has {}, counted from 0 in tags",
+                            faces.len()
+                        ))
+                    })?;
                     cage.holes.extend(*face);
                 }
             }
@@ -261,7 +284,13 @@ fn tags(
                 [0] => cage.boundary = Some(Boundary::None),
                 [1] => cage.boundary = Some(Boundary::EdgeAndCorner),
                 [2] => cage.boundary = Some(Boundary::Edge),
-                _ => return Err(fail("interpolateboundary takes 0 (faces left out), 1 (creases with corners) or 2 (creases)".into())),
+                _ => {
+                    return Err(fail(
+                        "interpolateboundary takes 0 (faces left out), 1 (creases with corners) \
+                         or 2 (creases)"
+                            .into(),
+                    ));
+                }
             },
             // The default of either.
             "creasemethod" if line.trim_end().ends_with("normal") => {}
@@ -269,7 +298,11 @@ fn tags(
         }
     }
     if missing > 0 {
-        warnings.push(format!("{}: {missing} creases run along no edge of the mesh and are left out; tags count vertices from 0", path.display()));
+        warnings.push(format!(
+            "{}: {missing} creases run along no edge of the mesh and are left out; tags count \
+             vertices from 0",
+            path.display()
+        ));
     }
     if !ignored.is_empty() {
         let names = ignored.into_iter().collect::<Vec<_>>().join(", ");

@@ -61,13 +61,15 @@ fn fault(line: &str, seen: Counts, allowed: Counts) -> Option<String> {
                 && rest[3].parse::<f32>().map_or(true, |w| w == 0.0 || !w.is_finite())
             {
                 return Some(format!(
-                    "the fourth number of a vertex divides the others and may not be \"{}\"; remove it",
+                    "the fourth number of a vertex divides the others and may not be \"{}\"; \
+                     remove it",
                     rest[3]
                 ));
             }
             if key == "v" && (rest.len() == 5 || rest.len() > 6) {
                 return Some(format!(
-                    "a vertex has 3 numbers, 4 with a weight or 6 with a colour, found {}; export the mesh again",
+                    "a vertex has 3 numbers, 4 with a weight or 6 with a colour, found {}; export \
+                     the mesh again",
                     rest.len()
                 ));
             }
@@ -96,7 +98,11 @@ fn corner_fault(corner: &str, seen: Counts, allowed: Counts) -> Option<String> {
         let Ok(index) = word.parse::<i64>() else {
             let large = !word.is_empty() && word.bytes().all(|b| b.is_ascii_digit());
             return Some(if large {
-                format!("index {word} is out of range: the file has {} {}; correct the index or export the mesh again", allowed.0[k], KINDS[k])
+                format!(
+                    "index {word} is out of range: the file has {} {}; correct the index or \
+                     export the mesh again",
+                    allowed.0[k], KINDS[k]
+                )
             } else {
                 format!("\"{corner}\" is not a face corner; write v, v/vt, v//vn or v/vt/vn")
             });
@@ -105,7 +111,12 @@ fn corner_fault(corner: &str, seen: Counts, allowed: Counts) -> Option<String> {
             return Some(format!("index 0 in \"{corner}\" is not allowed: OBJ files count from 1"));
         }
         let absolute = if index < 0 { seen.0[k] + index + 1 } else { index };
-        (absolute < 1 || absolute > allowed.0[k])
-            .then(|| format!("index {index} is out of range: the file has {} {}; correct the index or export the mesh again", allowed.0[k], KINDS[k]))
+        (absolute < 1 || absolute > allowed.0[k]).then(|| {
+            format!(
+                "index {index} is out of range: the file has {} {}; correct the index or export \
+                 the mesh again",
+                allowed.0[k], KINDS[k]
+            )
+        })
     })
 }

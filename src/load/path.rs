@@ -34,7 +34,8 @@ pub fn expand(text: &str, lookup: impl Fn(&str) -> Option<String>) -> Result<Str
         };
         if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
             return Err(format!(
-                "\"{text}\" names no environment variable after \"$\"; write ${{NAME}}, or $$ for a dollar sign"
+                "\"{text}\" names no environment variable after \"$\"; write ${{NAME}}, or $$ for \
+                 a dollar sign"
             ));
         }
         match (lookup(name).filter(|v| !v.is_empty()), default) {
@@ -42,7 +43,8 @@ pub fn expand(text: &str, lookup: impl Fn(&str) -> Option<String>) -> Result<Str
             (None, Some(default)) => out.push_str(default),
             (None, None) => {
                 return Err(format!(
-                    "environment variable {name} in \"{text}\" is not set; set it, or write ${{{name}:-default}}"
+                    "environment variable {name} in \"{text}\" is not set; set it, or write \
+                     ${{{name}:-default}}"
                 ));
             }
         }

@@ -3,7 +3,7 @@
 //!
 //! ```toml
 //! name = "room"
-//! [camera]                     # every key optional; without eye and target the view frames the scene
+//! [camera]                     # all optional; without eye and target the view frames the scene
 //! eye = [0, 1.6, 4]
 //! target = [0, 1.2, 0]
 //! up = [0, 1, 0]
@@ -11,13 +11,14 @@
 //! width = 640
 //! height = 360
 //! [[mesh]]
-//! file = "room.obj"            # or builtin = "interior" with parameters = { … }; $VAR, ${VAR}, ${VAR:-default} allowed
-//! scale = 1                    # a number or [x, y, z]; then rotate_deg about x, y, z; then translate
+//! file = "room.obj"            # or builtin = "interior" with parameters = { … }; in names
+//!                              # $VAR, ${VAR} and ${VAR:-default} stand for the environment's
+//! scale = 1                    # number or [x, y, z]; then rotate_deg about x, y, z; translate
 //! rotate_deg = [0, 90, 0]
 //! translate = [0, 0, 0]        # or matrix = [[…], [3 rows of 4]] instead of the three
 //! normals = "file"             # "face", "smooth" up to crease_deg (40)
 //! sides = "auto"               # "one", "two"
-//! subdivision = { levels = 3 } # the file's polygons are the cage of a Catmull–Clark surface; keys: SubdivisionEntry
+//! subdivision = { levels = 3 } # the polygons are a Catmull–Clark cage: SubdivisionEntry
 //! [[mesh]]
 //! file = "fur.hair"            # or .curves, .txt
 //! curves = { shape = "tube" }  # keys: CurvesEntry
@@ -311,7 +312,8 @@ mod tests {
         parse(Path::new("s.toml"), text, &list)
     }
 
-    const TEXT: &str = "name = \"a\"\n[camera]\nwidth = 100\n[[light]]\ntype = \"sky\"\nradiance = 2\n[settings.decompose]\nalpha = 0.5\n";
+    const TEXT: &str = "name = \"a\"\n[camera]\nwidth = 100\n[[light]]\ntype = \"sky\"\nradiance \
+                        = 2\n[settings.decompose]\nalpha = 0.5\n";
 
     #[test]
     fn overrides_reach_scene_and_settings() {

@@ -66,7 +66,10 @@ fn subdivision_settings(
                     .map(|x| x * 0.01 * diagonal),
             };
             let fine = length.filter(|x| x.is_finite() && *x > 0.0);
-            Levels::Edge(fine.ok_or("subdivision.edge must be a length above 0, or a share of the diagonal like \"0.5%\"")?)
+            Levels::Edge(fine.ok_or(
+                "subdivision.edge must be a length above 0, or a share of the diagonal like \
+                 \"0.5%\"",
+            )?)
         }
     };
     if e.crease_angle_deg.is_some_and(|a| !(0.0..=180.0).contains(&a)) {
@@ -119,7 +122,10 @@ impl Shape {
         let linear = Mat3::from_mat4(*world_from_object);
         let determinant = linear.determinant();
         if !world_from_object.is_finite() || determinant == 0.0 {
-            return Err("the transform is not invertible; scale may not be 0 and all numbers must be finite".into());
+            return Err(
+                "the transform is not invertible; scale may not be 0 and all numbers must be finite"
+                    .into(),
+            );
         }
         let normal_from_object = linear.inverse().transpose();
         let points = match self {
@@ -172,7 +178,11 @@ impl Shape {
                 cage.boundary = entry.boundary.or(cage.boundary);
                 let (mesh, faulty) = subdivide(&cage, &settings)?;
                 if faulty > 0 {
-                    warnings.push(format!("{}: {faulty} edges have more than two faces, or two wound against each other; they become creases", cage.name));
+                    warnings.push(format!(
+                        "{}: {faulty} edges have more than two faces, or two wound against each \
+                         other; they become creases",
+                        cage.name
+                    ));
                 }
                 notes.push(format!(
                     "{}: {} faces subdivided into {} triangles",

@@ -48,7 +48,11 @@ pub fn check_camera(c: &Camera, file: &Path, line: Option<usize>) -> Result<()> 
         return fail("camera eye and target are the same point; move one of them".into());
     }
     if (c.target - c.eye).normalize().cross(c.up.normalize_or_zero()).length() < 1e-6 {
-        return fail("camera up is zero or points along the view; choose another, e.g. [0, 1, 0] or [0, 0, 1]".into());
+        return fail(
+            "camera up is zero or points along the view; choose another, e.g. [0, 1, 0] or [0, 0, \
+             1]"
+            .into(),
+        );
     }
     Ok(())
 }
@@ -105,7 +109,8 @@ pub fn check_scene(scene: &Scene, file: &Path) -> Result<()> {
         return Err(Error::input(
             file,
             None,
-            "nothing emits light; add a [[light]] (e.g. type = \"sky\", radiance = [1, 1, 1]) or a material with emission",
+            "nothing emits light; add a [[light]] (e.g. type = \"sky\", radiance = [1, 1, 1]) or \
+             a material with emission",
         ));
     }
     Ok(())

@@ -46,7 +46,8 @@ mod tests {
             let v = Vec3::new(x, y, z);
             prop_assume!(v.length() > 1e-3);
             let f = Frame::from_normal(v.normalize());
-            prop_assert!(f.s.dot(f.t).abs() < 1e-5 && f.s.dot(f.n).abs() < 1e-5 && f.t.dot(f.n).abs() < 1e-5);
+            let dots = [f.s.dot(f.t), f.s.dot(f.n), f.t.dot(f.n)];
+            prop_assert!(dots.iter().all(|d| d.abs() < 1e-5), "{dots:?}");
             prop_assert!((f.s.cross(f.t) - f.n).length() < 1e-5);
             let w = Vec3::new(0.3, -0.7, 0.2);
             prop_assert!((f.local_from_world(f.world_from_local(w)) - w).length() < 1e-5);

@@ -5,7 +5,8 @@
 //! with zero irradiance.
 
 use crate::error::Result;
-use crate::method::Rendered;
+use crate::method::locations::Locations;
+use crate::method::{MethodStatistics, Rendered};
 use crate::radiometry::Rgb;
 use crate::record::{RecordSettings, camera_samples};
 use crate::run::Run;
@@ -25,5 +26,9 @@ pub fn render(
     record.validate()?;
     let samples = camera_samples(world, record, direct, seed, run)?;
     let none = vec![Rgb::ZERO; samples.points.len()];
-    Ok(Rendered { film: samples.compose(&none), ..Rendered::default() })
+    Ok(Rendered {
+        film: samples.compose(&none),
+        statistics: MethodStatistics::Direct {},
+        locations: Locations::default(),
+    })
 }

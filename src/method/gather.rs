@@ -9,45 +9,36 @@
 //! falls with `gather.rays`. Cost `rays` rays per shading point.
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-use super::Rendered;
-use super::stage::{Inputs, Stage};
-use crate::error::{Error, Result};
+use super::locations::Locations;
+use super::stage::{Inputs, Stage, StageStatistics};
+use super::{MethodStatistics, Rendered};
+use crate::error::Result;
 use crate::math::{Frame, Ray};
 use crate::photon::Proxy;
 use crate::radiometry::Rgb;
 use crate::record::ShadingPoints;
 use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere};
+use crate::settings::section;
 use crate::shading::World;
 
-/// Settings of final gathering.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct GatherSettings {
-    /// Cosine rays per shading point, 1..=1048576.
-    pub rays: u32,
-}
-
-impl Default for GatherSettings {
-    fn default() -> Self {
-        Self { rays: 64 }
+section! {
+    /// Final gathering.
+    pub struct GatherSettings in "gather" {
+        /// Cosine rays per shading point.
+        rays: u32 = 64, in from(1.0).to(1_048_576.0), unit "rays";
     }
 }
 
-impl GatherSettings {
-    /// # Errors
-    /// [`Error::Setting`] for values out of range.
-    pub fn validate(&self) -> Result<()> {
-        if !(1..=1 << 20).contains(&self.rays) {
-            return Err(Error::setting(
-                "gather.rays",
-                format!("{} is not in 1..=1048576", self.rays),
-            ));
-        }
-        Ok(())
-    }
+/// What final gathering tells of its picture.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct GatherStatistics {
+    /// Proxy and points.
+    #[serde(flatten)]
+    pub stage: StageStatistics,
+    /// Rays of every point.
+    pub rays_per_point: u32,
 }
 
 /// Irradiance at every point (phase `sample`).
@@ -106,7 +97,12 @@ pub fn render(
     let stage = Stage::new(world, inputs, run)?;
     let irradiance =
         gather(world, stage.proxy(), &stage.samples.points, settings.rays, inputs.seed, run)?;
-    let mut stats = stage.stats();
-    stats.insert("rays_per_point".into(), settings.rays.into());
-    Ok(Rendered { film: stage.samples.compose(&irradiance), stats, ..Rendered::default() })
+    Ok(Rendered {
+        film: stage.samples.compose(&irradiance),
+        statistics: MethodStatistics::Gather(GatherStatistics {
+            stage: stage.statistics(),
+            rays_per_point: settings.rays,
+        }),
+        locations: Locations::default(),
+    })
 }

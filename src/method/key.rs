@@ -2,7 +2,7 @@
 //! its content. Kept as comments in its header.
 //!
 //! ```text
-//! comment nearfar irradiance cache 2                     kind and version of the content
+//! comment nearfar irradiance cache 3                     kind and version of the content
 //! comment scene meshes=… materials=… textures=… lights=…  crate::scene::Fingerprint; not of camera and seed
 //! comment settings {"cache.rays":512,…}                  dotted keys of the settings that matter, as JSON
 //! ```
@@ -77,7 +77,8 @@ impl Key {
             Some(stored) => {
                 if let Some(parts) = self.scene.differing(&stored) {
                     return Some(format!(
-                        "was made for another scene: its {parts} differ from this one's; render without --load-cache and save it again"
+                        "was made for another scene: its {parts} differ from this one's; render \
+                         without --load-cache and save it again"
                     ));
                 }
             }
@@ -86,8 +87,15 @@ impl Key {
             find("settings ").and_then(|text| serde_json::from_str(text).ok()).unwrap_or_default();
         let keys = self.settings.keys().chain(stored.keys());
         keys.into_iter().find(|key| self.settings.get(*key) != stored.get(*key)).map(|key| {
-            let say = |map: &Map<String, Value>| map.get(key).map_or_else(|| "not there".into(), Value::to_string);
-            format!("was made with other settings: {key} is {} there and {} here; set them alike, or save it again", say(&stored), say(&self.settings))
+            let say = |map: &Map<String, Value>| {
+                map.get(key).map_or_else(|| "not there".into(), Value::to_string)
+            };
+            format!(
+                "was made with other settings: {key} is {} there and {} here; set them alike, or \
+                 save it again",
+                say(&stored),
+                say(&self.settings)
+            )
         })
     }
 }

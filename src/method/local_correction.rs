@@ -19,52 +19,49 @@
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-use super::Rendered;
-use crate::cloud::{Cloud, Gather, Hierarchy, HitSides, PointsSettings, Receiver, dice};
+use super::locations::Locations;
+use super::{MethodStatistics, Rendered};
+use crate::cloud::{Cloud, Gather, Hierarchy, HitSides, PointBasedSettings, Receiver, dice};
 use crate::error::{Error, Result};
+use crate::length::Length;
 use crate::math::offset_origin;
 use crate::radiometry::Rgb;
 use crate::record::{RecordSettings, camera_samples};
 use crate::run::Run;
 use crate::sampling::{Sobol, Stream};
+use crate::settings::section;
 use crate::sh::ShRgb;
 use crate::shading::{DirectSettings, World};
 
-/// Settings of the local correction.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LocalSettings {
-    /// Correct; without it the flat ambient term stays. Default true.
-    pub correction: bool,
-    /// Ambient radiance: one RGB triple (all directions alike), or 4 or 9 triples of SH
-    /// coefficients. Default \[\[0.3, 0.3, 0.3\]\].
-    pub ambient: Vec<[f32; 3]>,
-    /// What is nearer corrects, as a fraction of the scene's diagonal, above 0 to 1. Default 0.1.
-    pub reach: f32,
-    /// Surface elements, 1 to 400 000 000. Default 200 000.
+/// What the local correction tells of its picture.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct LocalStatistics {
+    /// Points that were lit.
+    pub shading_points: usize,
+    /// Surface elements asked for.
     pub elements: u64,
-    /// Points on lights with extent, per shading point, 1 to 4096. Default 16.
-    pub light_samples: u32,
 }
 
-impl Default for LocalSettings {
-    fn default() -> Self {
-        Self {
-            correction: true,
-            ambient: vec![[0.3; 3]],
-            reach: 0.1,
-            elements: 200_000,
-            light_samples: 16,
-        }
+section! {
+    /// Local correction of a flat ambient term.
+    pub struct LocalSettings in "local", checked by together {
+        /// Correct; without it the flat ambient term stays.
+        correction: bool = true;
+        /// Ambient radiance: one RGB triple (all directions alike), or 4 or 9 triples of SH
+        /// coefficients.
+        ambient: Vec<[f32; 3]> = vec![[0.3; 3]], unit "W·sr⁻¹·m⁻²";
+        /// What is nearer corrects.
+        reach: Length = Length::PercentOfDiagonal(10.0), in above(0.0);
+        /// Surface elements.
+        elements: u64 = 200_000, in from(1.0).to(400e6), unit "elements";
+        /// Points on lights with extent, per shading point.
+        light_samples: u32 = 16, in from(1.0).to(4096.0), unit "points";
     }
 }
 
 impl LocalSettings {
-    /// # Errors
-    /// [`Error::Setting`] for the first value out of its range.
-    pub fn validate(&self) -> Result<()> {
+    fn together(&self) -> Result<()> {
         if ![1, 4, 9].contains(&self.ambient.len())
             || self.ambient.iter().flatten().any(|v| !v.is_finite())
         {
@@ -73,17 +70,7 @@ impl LocalSettings {
                 "write one RGB triple, or 4 or 9 triples of SH coefficients, all finite",
             ));
         }
-        let ranges = [
-            ("local.reach", f64::from(self.reach), f64::from(f32::MIN_POSITIVE), 1.0),
-            ("local.elements", self.elements as f64, 1.0, 400e6),
-            ("local.light_samples", f64::from(self.light_samples), 1.0, 4096.0),
-        ];
-        match ranges.into_iter().find(|&(_, value, low, high)| !(low..=high).contains(&value)) {
-            Some((key, value, low, high)) => {
-                Err(Error::setting(key, format!("{value} is not between {low} and {high}")))
-            }
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     fn field(&self) -> ShRgb {
@@ -123,7 +110,7 @@ fn near_surfaces(
 ) -> Result<Hierarchy> {
     let (geometry, wanted) = (
         &world.geometry,
-        PointsSettings { elements: settings.elements, ..PointsSettings::default() },
+        PointBasedSettings { elements: settings.elements, ..PointBasedSettings::default() },
     );
     let pieces = dice(geometry, wanted.dicing())?;
     let (mut cloud, from) = Cloud::from_pieces(geometry, &pieces);
@@ -190,8 +177,8 @@ pub fn render(
             let _phase = run.phase("tree", 1);
             run.install(|| near_surfaces(world, settings, &field, seed))?
         };
-        let reach = settings.reach * world.diagonal;
-        let near = PointsSettings { maxdist: reach, ..PointsSettings::default() };
+        let reach = settings.reach.resolve(world.diagonal);
+        let near = PointBasedSettings { maxdist: reach, ..PointBasedSettings::default() };
         let phase = run.phase("gather", points.len() as u64);
         run.install(|| {
             (0..points.len())
@@ -217,13 +204,9 @@ pub fn render(
     film.set_rgb("direct", &samples.reflect(&lights));
     film.set_rgb("indirect", &samples.reflect(&ambient));
     film.set_rgb("irradiance", &samples.mean(&ambient));
-    let stats = [
-        ("shading_points", serde_json::json!(points.len())),
-        ("elements", settings.elements.into()),
-    ];
-    Ok(Rendered {
-        film,
-        stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
-        ..Rendered::default()
-    })
+    let statistics = MethodStatistics::LocalCorrection(LocalStatistics {
+        shading_points: points.len(),
+        elements: settings.elements,
+    });
+    Ok(Rendered { film, statistics, locations: Locations::default() })
 }

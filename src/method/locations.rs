@@ -6,9 +6,13 @@ use std::path::Path;
 use glam::Vec3;
 
 use crate::error::Result;
+use crate::film::Layer;
 use crate::ply::{self, Columns};
 use crate::radiometry::Rgb;
 use crate::record::CameraSamples;
+
+/// Layer of [`Locations::marks`].
+pub const LOCATION: Layer = Layer::alone("location", "1 in pixels that have a sample, else 0");
 
 /// Sample locations; arrays of equal length.
 #[derive(Clone, Debug, Default, PartialEq)]

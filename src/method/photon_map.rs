@@ -8,12 +8,14 @@
 use std::path::Path;
 
 use rayon::prelude::*;
+use serde::Serialize;
 
-use super::Rendered;
+use super::locations::Locations;
+use super::{MethodStatistics, Rendered};
 use crate::error::Result;
-use crate::film::Film;
+use crate::film::{Film, Layer, layer};
 use crate::math::Ray;
-use crate::photon::{PhotonSettings, solve, trace};
+use crate::photon::{ProxySettings, solve, trace};
 use crate::ply::{self, Columns};
 use crate::radiometry::Rgb;
 use crate::record::RecordSettings;
@@ -21,6 +23,27 @@ use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream};
 use crate::shading::World;
 use crate::tessellate::{Cells, Side};
+
+const CELL: Layer =
+    Layer::one("cell", "id", "cell at the centre of the pixel; −1 where there is none");
+
+/// Layers of the picture.
+pub const LAYERS: [Layer; 3] = [layer::IRRADIANCE, layer::ALBEDO, CELL];
+
+/// What is told of the proxy's picture.
+#[derive(Clone, Debug, Serialize)]
+pub struct PhotonMapStatistics {
+    /// Pieces of surfaces.
+    pub cells: usize,
+    /// Stored photons.
+    pub photons: usize,
+    /// Emitted paths.
+    pub photon_paths: u32,
+    /// Sides of cells that were computed.
+    pub cell_sides: usize,
+    /// Those of them that rest on fewer photons than asked for.
+    pub starved_cell_sides: usize,
+}
 
 /// Renders the proxy made of cells no longer than `near_cell` (scene units) with the samples of
 /// `record`.
@@ -30,7 +53,7 @@ use crate::tessellate::{Cells, Side};
 pub fn render(
     world: &World,
     near_cell: f32,
-    settings: &PhotonSettings,
+    settings: &ProxySettings,
     record: &RecordSettings,
     seed: u64,
     run: &Run,
@@ -94,18 +117,14 @@ pub fn render(
             .collect()
     });
     film.set("cell.id", ids);
-    let stats = [
-        ("cells", serde_json::json!(stats.cells)),
-        ("photons", stats.photons.into()),
-        ("photon_paths", stats.paths.into()),
-        ("cell_sides", stats.sides.into()),
-        ("starved_cell_sides", stats.starved.into()),
-    ];
-    Ok(Rendered {
-        film,
-        stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
-        ..Rendered::default()
-    })
+    let statistics = MethodStatistics::PhotonMap(PhotonMapStatistics {
+        cells: stats.cells,
+        photons: stats.photons,
+        photon_paths: stats.paths,
+        cell_sides: stats.sides,
+        starved_cell_sides: stats.starved,
+    });
+    Ok(Rendered { film, statistics, locations: Locations::default() })
 }
 
 /// Traces the photons of [`render`] again, the same for the same seed, and writes them as binary
@@ -119,13 +138,13 @@ pub fn render(
 pub fn write_photons(
     world: &World,
     near_cell: f32,
-    settings: &PhotonSettings,
+    settings: &ProxySettings,
     seed: u64,
     path: &Path,
     run: &Run,
 ) -> Result<()> {
     let cells = run.install(|| Cells::new(&world.geometry, near_cell))?;
-    let photons = trace(world, &cells, settings.count, seed, run)?.photons;
+    let photons = trace(world, &cells, settings.photons, seed, run)?.photons;
     let scale = ply::colour_scale(photons.iter().map(|p| p.flux));
     let columns = Columns::new("vertex")
         .floats(["x", "y", "z", "incident_x", "incident_y", "incident_z"])

@@ -15,13 +15,15 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::Rendered;
+use super::locations::Locations;
 use super::stage::Inputs;
+use super::{MethodStatistics, Rendered};
 use crate::cloud::{
-    Cloud, Gathered, Hierarchy, PointsSettings, ProxyInputs, Receiver, Receivers, accessibility,
-    bake, gather_all, gather_some,
+    Cloud, Gathered, Hierarchy, PointBasedSettings, ProxyInputs, Receiver, Receivers,
+    accessibility, bake, gather_all, gather_some,
 };
 use crate::error::Result;
+use crate::film::Layer;
 use crate::math::{Frame, Ray};
 use crate::radiometry::Rgb;
 use crate::record::{CameraSamples, ShadingPoints, camera_samples};
@@ -29,8 +31,33 @@ use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere, sample_disc};
 use crate::shading::World;
 
+const OCCLUSION: Layer =
+    Layer::alone("occlusion", "share of the cosine-weighted hemisphere that is covered, 0 to 1");
+const OPEN: Layer = Layer::alone("open", "share of the sky that is seen, 0 to 1");
+const BENT: Layer = Layer::xyz("bent", "mean open direction, world space");
+
+/// Layers of the picture beside those of the camera samples.
+pub const LAYERS: [Layer; 3] = [OCCLUSION, OPEN, BENT];
+
+/// What is told of the picture.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct PointStatistics {
+    /// Surface elements.
+    pub elements: usize,
+    /// Points that were lit.
+    pub shading_points: usize,
+    /// Gathers that were made; the other points are interpolated.
+    pub gathers: usize,
+    /// Memory of an element in its tree.
+    pub bytes_per_element: usize,
+}
+
 /// The shading points as receivers; `samplebase` jitters them within their pixel.
-pub fn receivers(points: &ShadingPoints, settings: &PointsSettings, seed: u64) -> Vec<Receiver> {
+pub fn receivers(
+    points: &ShadingPoints,
+    settings: &PointBasedSettings,
+    seed: u64,
+) -> Vec<Receiver> {
     (0..points.len())
         .map(|i| {
             let mut p = points.p[i];
@@ -71,7 +98,7 @@ pub fn gather_picture(
     world: &World,
     cloud: &Cloud,
     tree: &Hierarchy,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     inputs: Inputs<'_>,
     run: &Run,
 ) -> Result<PointLayers> {
@@ -103,7 +130,7 @@ pub fn gather_picture(
 /// As [`bake`] and [`gather_picture`].
 pub fn render(
     world: &World,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     inputs: Inputs<'_>,
     run: &Run,
 ) -> Result<Rendered> {
@@ -124,7 +151,7 @@ pub fn render(
 pub fn render_cloud(
     world: &World,
     cloud: &Cloud,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     inputs: Inputs<'_>,
     run: &Run,
 ) -> Result<Rendered> {
@@ -147,17 +174,13 @@ pub fn render_cloud(
             .collect(),
     );
     film.set_xyz("bent", &layers.layer(|g| g.bent_normal));
-    let stats = [
-        ("elements", serde_json::json!(cloud.len())),
-        ("shading_points", layers.gathered.len().into()),
-        ("gathers", layers.gathers.into()),
-        ("bytes_per_element", (tree.bytes() / tree.len()).into()),
-    ];
-    Ok(Rendered {
-        film,
-        stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
-        ..Rendered::default()
-    })
+    let statistics = MethodStatistics::PointBased(PointStatistics {
+        elements: cloud.len(),
+        shading_points: layers.gathered.len(),
+        gathers: layers.gathers,
+        bytes_per_element: tree.bytes() / tree.len(),
+    });
+    Ok(Rendered { film, statistics, locations: Locations::default() })
 }
 
 /// Occlusion at the points by `rays` cosine rays each, with the distances and the fall-off of
@@ -168,7 +191,7 @@ pub fn render_cloud(
 pub fn traced_occlusion(
     world: &World,
     points: &ShadingPoints,
-    settings: &PointsSettings,
+    settings: &PointBasedSettings,
     rays: u32,
     seed: u64,
     run: &Run,

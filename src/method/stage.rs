@@ -5,7 +5,7 @@
 //! their pictures is the method alone. Phases `cells`, `photons`, `gather`, `record`.
 
 use crate::error::Result;
-use crate::photon::{CellRadiosity, PhotonSettings, Proxy, ProxyStats, solve};
+use crate::photon::{CellRadiosity, Proxy, ProxySettings, ProxyStats, solve};
 use crate::record::{CameraSamples, RecordSettings, camera_samples};
 use crate::run::Run;
 use crate::shading::{DirectSettings, World};
@@ -17,7 +17,7 @@ pub struct Inputs<'a> {
     /// Longest edge of a cell, scene units.
     pub near_cell: f32,
     /// The proxy.
-    pub photon: &'a PhotonSettings,
+    pub photon: &'a ProxySettings,
     /// Camera samples and shading points.
     pub record: &'a RecordSettings,
     /// Direct light of the camera samples.
@@ -33,6 +33,23 @@ pub struct Inputs<'a> {
 pub fn cells(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Cells> {
     let _phase = run.phase("cells", 1);
     run.install(|| Cells::new(&world.geometry, inputs.near_cell))
+}
+
+/// What is told of proxy and camera samples.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct StageStatistics {
+    /// Pieces of surfaces.
+    pub cells: usize,
+    /// Stored photons.
+    pub photons: usize,
+    /// Sides of cells whose irradiance was gathered.
+    pub gathered_sides: usize,
+    /// Sweeps over them.
+    pub sweeps: u32,
+    /// Relative change of irradiance in the last sweep.
+    pub sweep_residual: f32,
+    /// Points that need indirect light.
+    pub shading_points: usize,
 }
 
 /// Proxy and camera samples.
@@ -67,18 +84,15 @@ impl Stage {
     }
 
     /// Statistics that all these methods share.
-    pub fn stats(&self) -> serde_json::Map<String, serde_json::Value> {
+    pub fn statistics(&self) -> StageStatistics {
         let proxy = &self.proxy_stats;
-        [
-            ("cells", serde_json::json!(self.cells.len())),
-            ("photons", proxy.photons.into()),
-            ("gathered_sides", proxy.gathered.into()),
-            ("sweeps", proxy.sweeps.into()),
-            ("sweep_residual", f64::from(proxy.residual).into()),
-            ("shading_points", self.samples.points.len().into()),
-        ]
-        .into_iter()
-        .map(|(key, value)| (key.to_owned(), value))
-        .collect()
+        StageStatistics {
+            cells: self.cells.len(),
+            photons: proxy.photons,
+            gathered_sides: proxy.gathered,
+            sweeps: proxy.sweeps,
+            sweep_residual: proxy.residual,
+            shading_points: self.samples.points.len(),
+        }
     }
 }

@@ -24,7 +24,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::PhotonSettings;
+use super::ProxySettings;
 use crate::error::Result;
 use crate::math::{Frame, Ray};
 use crate::radiometry::{Rgb, luminance};
@@ -192,7 +192,7 @@ impl Links {
     pub fn new(
         world: &World,
         cells: &Cells,
-        settings: &PhotonSettings,
+        settings: &ProxySettings,
         views: &[Camera],
         reached: Vec<bool>,
         live: &(dyn Fn(u32) -> bool + Sync),

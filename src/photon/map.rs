@@ -14,7 +14,7 @@ use glam::Vec3;
 
 use super::kdtree::KdTree;
 use super::surface_index::{SurfaceIndex, squashed};
-use super::{Photon, PhotonSettings};
+use super::{Photon, ProxySettings};
 use crate::radiometry::Rgb;
 
 /// Photons in a kd-tree.
@@ -43,7 +43,7 @@ impl PhotonMap {
         index: &SurfaceIndex,
         p: Vec3,
         n: Vec3,
-        settings: &PhotonSettings,
+        settings: &ProxySettings,
         cap: f32,
         scratch: &mut Vec<(f32, u32)>,
     ) -> Rgb {

@@ -12,7 +12,7 @@
 //!
 //! | File | Job |
 //! |---|---|
-//! | `settings` | [`PhotonSettings`] |
+//! | `settings` | [`ProxySettings`] |
 //! | `trace` | photons from all lights, bounced to their end |
 //! | `kdtree` | points in a balanced tree: k nearest, all within a radius |
 //! | `overlap` | area of a triangle inside a sphere: the boundary correction |
@@ -45,6 +45,6 @@ pub use kdtree::KdTree;
 pub use map::PhotonMap;
 pub use proxy::{Incident, Proxy};
 pub use radiosity::{CellRadiosity, Extended, ProxyStats, extend, solve, solve_for};
-pub use settings::{Estimate, PhotonSettings};
+pub use settings::{Estimate, ProxySettings};
 pub use surface_index::SurfaceIndex;
 pub use trace::{Photon, Traced, trace};

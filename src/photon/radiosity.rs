@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use super::gather::{Landing, Links};
 use super::patches::Patches;
 use super::surface_index::SurfaceIndex;
-use super::{Estimate, PhotonMap, PhotonSettings, trace};
+use super::{Estimate, PhotonMap, ProxySettings, trace};
 use crate::error::Result;
 use crate::radiometry::Rgb;
 use crate::run::{RayKind, Run};
@@ -203,7 +203,7 @@ struct Solved {
 
 struct Solver<'a> {
     points: Points<'a>,
-    settings: &'a PhotonSettings,
+    settings: &'a ProxySettings,
     index: SurfaceIndex<'a>,
     /// Only for the density estimate.
     map: Option<PhotonMap>,
@@ -296,7 +296,7 @@ pub fn extend(
     world: &World,
     cells: &Cells,
     radiosity: &mut CellRadiosity,
-    settings: &PhotonSettings,
+    settings: &ProxySettings,
     views: &[Camera],
     seed: u64,
     run: &Run,
@@ -375,7 +375,7 @@ pub fn extend(
 pub fn solve(
     world: &World,
     cells: &Cells,
-    settings: &PhotonSettings,
+    settings: &ProxySettings,
     seed: u64,
     run: &Run,
 ) -> Result<(CellRadiosity, ProxyStats)> {
@@ -389,13 +389,13 @@ pub fn solve(
 pub fn solve_for(
     world: &World,
     cells: &Cells,
-    settings: &PhotonSettings,
+    settings: &ProxySettings,
     views: &[Camera],
     seed: u64,
     run: &Run,
 ) -> Result<(CellRadiosity, ProxyStats)> {
     settings.validate()?;
-    let traced = trace(world, cells, settings.count, seed, run)?;
+    let traced = trace(world, cells, settings.photons, seed, run)?;
     let links = if settings.estimate == Estimate::Gather {
         let phase = run.phase("gather", 2 * cells.len() as u64);
         Some(Links::new(
@@ -414,7 +414,7 @@ pub fn solve_for(
     };
     let phase = run.phase("cells", cells.len() as u64);
     let mut stats = ProxyStats {
-        paths: settings.count,
+        paths: settings.photons,
         photons: traced.photons.len(),
         emitted_flux: traced.emitted_flux,
         stored_flux: traced
@@ -439,7 +439,7 @@ pub fn solve_for(
         .map(|c| cells.area(c) * coverage.get(c as usize).unwrap_or(&1.0))
         .collect();
     let whole: f64 = area.iter().map(|&a| f64::from(a)).sum();
-    let cap = settings.max_radius * world.diagonal;
+    let cap = settings.max_radius.resolve(world.diagonal);
     let even = (whole * f64::from(settings.neighbours)
         / (std::f64::consts::PI * traced.photons.len().max(1) as f64))
         .sqrt() as f32;

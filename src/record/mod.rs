@@ -1,7 +1,8 @@
 //! Pass 1: what the camera sees, and the points that need indirect light.
 //!
 //! ```text
-//! pixel = mean over camera samples of [ seen emission + albedo · (direct irradiance + E(point of the sample)) / π ]
+//! pixel = mean over camera samples of
+//!         [ seen emission + albedo · (direct irradiance + E(point of the sample)) / π ]
 //! ```
 //! Camera samples (`spp` a pixel, drawn by the pixel filter) carry visibility, albedo and direct
 //! light. Indirect irradiance E is evaluated at **shading points**: the samples of one pixel that
@@ -17,67 +18,34 @@
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
-use crate::film::Film;
+use crate::error::Result;
+use crate::film::{Film, Layer, layer};
 use crate::math::{Ray, offset_origin};
 use crate::radiometry::Rgb;
 use crate::run::{RayKind, Run};
 use crate::sampling::{FilterShape, PixelFilter, Sobol, Stream};
+use crate::settings::section;
 use crate::shading::{DirectSettings, Surface, World, direct_irradiance};
 
-/// How the camera is sampled.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RecordSettings {
-    /// Camera samples per pixel, 1..=4096.
-    pub spp: u32,
-    /// Pixel filter, of every method: path tracing too.
-    pub filter: FilterShape,
-    /// Where the filter ends, in pixels from the centre, above 0 and at most 8; default ½ for the
-    /// box, 1 for the tent, 1½ for the Gaussian.
-    pub filter_radius: Option<f32>,
-    /// Cosine of the largest angle between normals that share a shading point.
-    pub share_normal_cos: f32,
-    /// Largest distance from a shared point's plane, in pixel footprints.
-    pub share_plane: f32,
-}
-
-impl Default for RecordSettings {
-    fn default() -> Self {
-        Self {
-            spp: 16,
-            filter: FilterShape::Box,
-            filter_radius: None,
-            share_normal_cos: 0.97,
-            share_plane: 0.5,
-        }
+section! {
+    /// How the camera is sampled.
+    pub struct RecordSettings in "record" {
+        /// Camera samples per pixel, of every method but path tracing.
+        spp: u32 = 16, in from(1.0).to(4096.0), unit "samples per pixel";
+        /// Pixel filter, of every method: path tracing too.
+        filter: FilterShape = FilterShape::Box;
+        /// Where the filter ends, from the pixel's centre.
+        filter_radius: Option<f32> = None, follows "½ for the box, 1 for the tent, 1½ for the Gaussian",
+            in above(0.0).to(8.0), unit "pixels";
+        /// Cosine of the largest angle between normals that share a shading point.
+        share_normal_cos: f32 = 0.97, in from(-1.0).to(1.0);
+        /// Largest distance of a sample from the plane of the point it shares.
+        share_plane: f32 = 0.5, unit "pixel footprints";
     }
 }
 
 impl RecordSettings {
-    /// # Errors
-    /// [`Error::Setting`] for values out of range.
-    pub fn validate(&self) -> Result<()> {
-        if !(1..=4096).contains(&self.spp) {
-            return Err(Error::setting("record.spp", format!("{} is not in 1..=4096", self.spp)));
-        }
-        if !self.filter_radius.is_none_or(|r| r > 0.0 && r <= 8.0) {
-            return Err(Error::setting(
-                "record.filter_radius",
-                "must be above 0 and at most 8 pixels",
-            ));
-        }
-        if !(self.share_normal_cos.is_finite()
-            && self.share_plane.is_finite()
-            && self.share_plane >= 0.0)
-        {
-            return Err(Error::setting("record.share_plane", "must be finite and not negative"));
-        }
-        Ok(())
-    }
-
     /// The pixel filter with its radius.
     pub fn pixel_filter(&self) -> PixelFilter {
         PixelFilter {
@@ -331,6 +299,18 @@ fn pixel(
         row.points.footprint.push((p - world.camera.eye).dot(forward) * world.camera.pixel_angle());
     }
 }
+
+/// Layers of [`CameraSamples::compose`], which all methods that start from camera samples share.
+pub const LAYERS: [Layer; 8] = [
+    layer::DIRECT,
+    layer::EMISSION,
+    layer::INDIRECT,
+    layer::IRRADIANCE,
+    layer::ALBEDO,
+    layer::NORMAL,
+    layer::POSITION,
+    layer::DEPTH,
+];
 
 impl CameraSamples {
     /// The image for an irradiance at every shading point, with the layers that all methods share:

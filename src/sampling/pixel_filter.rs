@@ -2,7 +2,8 @@
 //! the filter's own density.
 //!
 //! ```text
-//! I(pixel) = ∫ f(x − centre) L(x) dx,  ∫ f = 1,  f ≥ 0          x = centre + W(u),  density of W(u) = f
+//! I(pixel) = ∫ f(x − centre) L(x) dx,  ∫ f = 1,  f ≥ 0
+//! x = centre + W(u),  density of W(u) = f
 //! box       1 / (2r)² on the square |x|, |y| ≤ r
 //! tent      (1 − |x| / r)(1 − |y| / r) / r² there
 //! gaussian  exp(−(x² + y²) / 2σ²), cut off and normalised at x² + y² = r², σ = r / 3
@@ -12,22 +13,21 @@
 //!        ½ gives the point itself, bit for bit. Not  filters with negative lobes: means of
 //!        positive samples stay positive.
 
-use glam::Vec2;
-use serde::{Deserialize, Serialize};
-
 use super::sample_disc;
+use crate::settings::choices;
+use glam::Vec2;
 
-/// Shape of a pixel filter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "lowercase")]
-pub enum FilterShape {
-    /// Every position of a square counts alike; the pixel itself with radius ½.
-    #[default]
-    Box,
-    /// Falls off linearly.
-    Tent,
-    /// Falls off as a Gaussian with a third of the radius as its deviation.
-    Gaussian,
+choices! {
+    /// Shape of a pixel filter.
+    #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+    pub enum FilterShape default Box {
+        /// Every position of a square counts alike; the pixel itself with radius ½.
+        Box = "box",
+        /// Falls off linearly.
+        Tent = "tent",
+        /// Falls off as a Gaussian with a third of the radius as its deviation.
+        Gaussian = "gaussian",
+    }
 }
 
 impl FilterShape {

@@ -1,7 +1,8 @@
 //! A camera that moves: key views at times, joined smoothly.
 //!
 //! ```text
-//! x(t) = cubic Hermite between neighbouring keys; tangent at an inner key: (x₊ − x₋) / (t₊ − t₋), at the ends that of the line to the neighbour
+//! x(t) = cubic Hermite between neighbouring keys
+//! tangent at an inner key: (x₊ − x₋) / (t₊ − t₋); at the ends that of the line to the neighbour
 //! ```
 //! for eye, target, up and field of view alike (Catmull–Rom with uneven times). Guarantees  keys
 //! are met exactly, position and speed are continuous; two keys give a straight line at constant

@@ -2,7 +2,8 @@
 //! smooth rest.
 //!
 //! ```text
-//! L(ω) = smooth(ω) + bright(ω)         smooth: bilinear in min(L, T);  bright: constant over a texel, L − min(L, T)
+//! L(ω) = smooth(ω) + bright(ω)
+//!        smooth: min(L, T), bilinear;  bright: L − min(L, T), constant over a texel
 //! T    = 8 · mean over the sphere of min(lum L, T),  the largest solution
 //! ```
 //!

@@ -230,5 +230,6 @@ mod tests {
         assert_eq!(Fingerprint::parse("meshes=12"), None);
         assert_eq!(original.to_string(), FROZEN);
     }
-    const FROZEN: &str = "meshes=b2de1d92f5b55af1 materials=e8a00204842517b3 textures=5631aba70dd00640 lights=2a36ceeb359aac62";
+    const FROZEN: &str = "meshes=b2de1d92f5b55af1 materials=e8a00204842517b3 \
+                          textures=5631aba70dd00640 lights=2a36ceeb359aac62";
 }

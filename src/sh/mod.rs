@@ -14,7 +14,7 @@ mod quadratic;
 pub use basis::{COEFFICIENTS, MAX_BANDS, basis, cosine_band};
 pub use fit::Fit;
 pub use polygon::{clip_to_horizon, form_integral, moments};
-pub use polygon8::{Moments8, moments8};
+pub use polygon8::{cross, dot, moments8};
 pub use quadratic::{MOMENTS, Quadratic};
 
 use crate::radiometry::Rgb;

@@ -8,50 +8,59 @@
 //! two arctangents and two square roots.
 
 use glam::Vec3;
-use wide::f32x8;
 
 use super::MOMENTS;
+use crate::ffi::lanes::Lanes;
 
-type F = f32x8;
-type V = [F; 3];
+type V<L> = [L; 3];
 
-/// Moments of eight triangles (lane by lane), positive when seen clockwise, i.e. for det(v₀, v₁,
-/// v₂) > 0.
-pub type Moments8 = [F; MOMENTS];
-
-fn dot(a: V, b: V) -> F {
+/// The three components `f(0)` to `f(2)`.
+#[inline(always)]
+fn each<L>(mut f: impl FnMut(usize) -> L) -> V<L> {
+    [f(0), f(1), f(2)]
+}
+/// Scalar products.
+#[inline(always)]
+pub fn dot<L: Lanes>(a: V<L>, b: V<L>) -> L {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
-fn cross(a: V, b: V) -> V {
+/// Vector products.
+#[inline(always)]
+pub fn cross<L: Lanes>(a: V<L>, b: V<L>) -> V<L> {
     [
         a[1].mul_sub(b[2], a[2] * b[1]),
         a[2].mul_sub(b[0], a[0] * b[2]),
         a[0].mul_sub(b[1], a[1] * b[0]),
     ]
 }
-fn scale(a: V, s: F) -> V {
-    a.map(|v| v * s)
+#[inline(always)]
+fn scale<L: Lanes>(a: V<L>, s: L) -> V<L> {
+    each(|i| a[i] * s)
 }
-fn lerp(a: V, b: V, t: F) -> V {
-    std::array::from_fn(|i| (b[i] - a[i]).mul_add(t, a[i]))
+#[inline(always)]
+fn lerp<L: Lanes>(a: V<L>, b: V<L>, t: L) -> V<L> {
+    each(|i| (b[i] - a[i]).mul_add(t, a[i]))
 }
-fn pick(mask: F, a: V, b: V) -> V {
-    std::array::from_fn(|i| mask.bitselect(a[i], b[i]))
+#[inline(always)]
+fn pick<L: Lanes>(mask: L, a: V<L>, b: V<L>) -> V<L> {
+    each(|i| mask.select(a[i], b[i]))
 }
-fn unit(a: V) -> V {
+#[inline(always)]
+fn unit<L: Lanes>(a: V<L>) -> V<L> {
     let l2 = dot(a, a);
-    let inverse = F::ONE / l2.fast_max(F::splat(1e-30)).sqrt();
+    let inverse = L::ONE / l2.max(L::splat(1e-30)).sqrt();
     scale(a, inverse)
 }
 
 /// Arctangent of y/x for y ≥ 0, in \[0, π\]; the polynomial on \[0, 1\] is Abramowitz & Stegun
 /// 4.4.49 (error below 2e-8, f32 rounding above it).
-fn atan2_upper(y: F, x: F) -> F {
+#[inline(always)]
+fn atan2_upper<L: Lanes>(y: L, x: L) -> L {
     let ax = x.abs();
-    let (low, high) = (y.fast_min(ax), y.fast_max(ax));
-    let r = low / high.fast_max(F::splat(1e-30));
+    let (low, high) = (y.min(ax), y.max(ax));
+    let r = low / high.max(L::splat(1e-30));
     let z = r * r;
-    let mut p = F::splat(0.002_866_225_7);
+    let mut p = L::splat(0.002_866_225_7);
     for c in [
         -0.016_165_737,
         0.042_909_61,
@@ -62,30 +71,40 @@ fn atan2_upper(y: F, x: F) -> F {
         -0.333_331_45,
         1.0,
     ] {
-        p = p.mul_add(z, F::splat(c));
+        p = p.mul_add(z, L::splat(c));
     }
     let a = p * r;
-    let a = y.simd_gt(ax).bitselect(F::splat(std::f32::consts::FRAC_PI_2) - a, a);
-    x.simd_ge(F::ZERO).bitselect(a, F::splat(std::f32::consts::PI) - a)
+    let a = y.gt(ax).select(L::splat(std::f32::consts::FRAC_PI_2) - a, a);
+    x.ge(L::ZERO).select(a, L::splat(std::f32::consts::PI) - a)
 }
 
-fn edge(m: &mut Moments8, s: V, e: V, valid: F, n: V, apex: V) {
+/// An arc of the spherical polygon, from unit vector `start` to `end`, in the lanes of `valid`.
+#[derive(Clone, Copy)]
+struct Arc<L> {
+    start: V<L>,
+    end: V<L>,
+    valid: L,
+}
+
+#[inline(always)]
+fn add_arc<L: Lanes>(m: &mut [L; MOMENTS], arc: Arc<L>, n: V<L>, apex: V<L>) {
+    let (s, e) = (arc.start, arc.end);
     let c = cross(s, e);
     let sin = dot(c, c).sqrt();
-    let valid = valid & sin.simd_gt(F::splat(1e-7));
+    let valid = arc.valid & sin.gt(L::splat(1e-7));
     let cos = dot(s, e);
-    let edge_n = scale(c, F::ONE / sin.fast_max(F::splat(1e-20)));
+    let edge_n = scale(c, L::ONE / sin.max(L::splat(1e-20)));
     let t = cross(edge_n, s);
     let theta = valid & atan2_upper(sin, cos);
     let w = valid & dot(n, edge_n);
     let sc = sin * cos;
-    let half = F::splat(0.5);
+    let half = L::splat(0.5);
     m[0] = (half * w).mul_add(theta, m[0]);
-    let (vs, vt) = (w * sin, w * (F::ONE - cos));
+    let (vs, vt) = (w * sin, w * (L::ONE - cos));
     let (qs, qt, qst) = ((theta + sc) * half * w, (theta - sc) * half * w, sin * sin * half * w);
     // Q = s·(qs s + qst t)ᵀ + t·(qt t + qst s)ᵀ.
-    let p: V = std::array::from_fn(|k| qs.mul_add(s[k], qst * t[k]));
-    let q: V = std::array::from_fn(|k| qt.mul_add(t[k], qst * s[k]));
+    let p = each(|k| qs.mul_add(s[k], qst * t[k]));
+    let q = each(|k| qt.mul_add(t[k], qst * s[k]));
     for k in 0..3 {
         m[1 + k] += vs.mul_add(s[k], vt * t[k]);
         m[4 + k] += s[k].mul_add(p[k], t[k] * q[k]);
@@ -95,44 +114,43 @@ fn edge(m: &mut Moments8, s: V, e: V, valid: F, n: V, apex: V) {
         m[slot] += s[i].mul_add(p[j], t[i] * q[j]);
     }
     let numerator = valid & dot(apex, c);
-    let denominator = F::ONE + dot(apex, s) + cos + dot(e, apex);
-    let angle = atan2_upper(numerator.abs(), denominator) * F::splat(2.0);
-    m[10] += numerator.simd_ge(F::ZERO).bitselect(angle, -angle);
+    let denominator = L::ONE + dot(apex, s) + cos + dot(e, apex);
+    let angle = atan2_upper(numerator.abs(), denominator) * L::splat(2.0);
+    m[10] += numerator.ge(L::ZERO).select(angle, -angle);
 }
 
 /// Moments of eight triangles with corners `v` relative to the point, above the horizon of the unit
-/// normal `n`.
-pub fn moments8(v: &[V; 3], n: Vec3) -> Moments8 {
-    let n: V = n.to_array().map(F::splat);
-    let h = v.map(|c| dot(c, n));
-    let apex = unit(std::array::from_fn(|k| v[0][k] + v[1][k] + v[2][k]));
-    let mut m = [F::ZERO; MOMENTS];
-    let (mut exit, mut entry, mut crossing) = ([F::ZERO; 3], [F::ZERO; 3], F::ZERO);
-    let u = v.map(unit);
+/// normal `n`; lane by lane, positive when seen clockwise, i.e. for det(v₀, v₁, v₂) > 0.
+#[inline(always)]
+pub fn moments8<L: Lanes>(v: &[V<L>; 3], n: Vec3) -> [L; MOMENTS] {
+    let n = each(|k| L::splat(n[k]));
+    let h = each(|i| dot(v[i], n));
+    let apex = unit(each(|k| v[0][k] + v[1][k] + v[2][k]));
+    let mut m = [L::ZERO; MOMENTS];
+    let none = [L::ZERO; 3];
+    let (mut exit, mut entry, mut crossing) = (none, none, L::ZERO);
+    let u = [unit(v[0]), unit(v[1]), unit(v[2])];
+    let mut arcs = [Arc { start: none, end: none, valid: L::ZERO }; 4];
     for i in 0..3 {
         let j = (i + 1) % 3;
-        let (above_i, above_j) = (h[i].simd_ge(F::ZERO), h[j].simd_ge(F::ZERO));
+        let (above_i, above_j) = (h[i].ge(L::ZERO), h[j].ge(L::ZERO));
         let difference = h[i] - h[j];
-        let cut = unit(lerp(
-            v[i],
-            v[j],
-            h[i] / (difference.abs().simd_gt(F::splat(1e-30))).bitselect(difference, F::ONE),
-        ));
-        edge(
-            &mut m,
-            pick(above_i, u[i], cut),
-            pick(above_j, u[j], cut),
-            above_i | above_j,
-            n,
-            apex,
-        );
+        let fraction = h[i] / difference.abs().gt(L::splat(1e-30)).select(difference, L::ONE);
+        let cut = unit(lerp(v[i], v[j], fraction));
+        arcs[i] = Arc {
+            start: pick(above_i, u[i], cut),
+            end: pick(above_j, u[j], cut),
+            valid: above_i | above_j,
+        };
         let (leaves, enters) = (above_i & !above_j, above_j & !above_i);
         exit = pick(leaves, cut, exit);
         entry = pick(enters, cut, entry);
         crossing |= leaves;
     }
-    if crossing.any() {
-        edge(&mut m, exit, entry, crossing, n, apex);
+    arcs[3] = Arc { start: exit, end: entry, valid: crossing };
+    let count = if crossing.any() { 4 } else { 3 };
+    for &arc in &arcs[..count] {
+        add_arc(&mut m, arc, n, apex);
     }
     m
 }
@@ -140,17 +158,22 @@ pub fn moments8(v: &[V; 3], n: Vec3) -> Moments8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ffi::lanes::{Eight, Kernel, run, run_plain};
     use crate::sampling::{Rng, Stream, sample_uniform_sphere};
     use crate::sh::{ShRgb, moments};
 
-    fn lanes(triangles: &[[Vec3; 3]]) -> [V; 3] {
-        std::array::from_fn(|corner| {
-            std::array::from_fn(|k| {
-                F::from(std::array::from_fn::<f32, 8, _>(|lane| {
-                    triangles[lane % triangles.len()][corner][k]
-                }))
-            })
-        })
+    /// Moments of up to eight triangles; lanes past the last one begin again.
+    #[derive(Clone, Copy)]
+    struct Moments<'a>(&'a [[Vec3; 3]], Vec3);
+    impl Kernel for Moments<'_> {
+        type Output = [Eight; MOMENTS];
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> [Eight; MOMENTS] {
+            let t = self.0;
+            let corner = |c: usize, k: usize| Eight::from_fn(|lane| t[lane % t.len()][c][k]);
+            let v = each(|c| each(|k| L::load(&corner(c, k))));
+            moments8(&v, self.1).map(L::store)
+        }
     }
 
     fn random_point(rng: &mut Rng) -> Vec3 {
@@ -165,7 +188,8 @@ mod tests {
             let n = sample_uniform_sphere(rng.next_2d());
             let triangles: Vec<[Vec3; 3]> =
                 (0..8).map(|_| std::array::from_fn(|_| random_point(&mut rng))).collect();
-            let fast = moments8(&lanes(&triangles), n);
+            let fast = run(Moments(&triangles, n));
+            assert_eq!(fast, run_plain(Moments(&triangles, n)), "one form only");
             for (lane, t) in triangles.iter().enumerate() {
                 // Triangles whose plane nearly holds the point have an ill-defined winding: the
                 // near sum rejects them.
@@ -175,7 +199,7 @@ mod tests {
                 }
                 let exact = moments(t, n);
                 for k in 0..MOMENTS {
-                    let difference = (f64::from(fast[k].to_array()[lane]) - exact[k]).abs();
+                    let difference = (f64::from(fast[k].0[lane]) - exact[k]).abs();
                     sum += difference;
                     count += 1.0;
                     // Worst case: a triangle of 4 sr whose edge passes close to the point's
@@ -183,7 +207,7 @@ mod tests {
                     assert!(
                         difference < 5e-4,
                         "moment {k}: {} {} {t:?} {n}",
-                        fast[k].to_array()[lane],
+                        fast[k].0[lane],
                         exact[k]
                     );
                 }
@@ -218,8 +242,8 @@ mod tests {
                     for (s, m) in slow.iter_mut().zip(moments(&v, n)) {
                         *s += m;
                     }
-                    for (s, m) in fast.iter_mut().zip(moments8(&lanes(&[v]), n)) {
-                        *s += f64::from(m.to_array()[3]);
+                    for (s, m) in fast.iter_mut().zip(run(Moments(&[v], n))) {
+                        *s += f64::from(m.0[3]);
                     }
                 }
             }

@@ -83,7 +83,8 @@ pub fn subdivide(cage: &Cage, settings: &SubdivisionSettings) -> Result<(Mesh, u
             append(&mut whole, mesh);
             if whole.triangles.len() as u64 > MAX_TRIANGLES {
                 return Err(format!(
-                    "the parts together would make more than {MAX_TRIANGLES} triangles; give a longer edge"
+                    "the parts together would make more than {MAX_TRIANGLES} triangles; give a \
+                     longer edge"
                 ));
             }
         }
@@ -158,11 +159,13 @@ fn check_size(mesh: &HalfEdges, level: u32, left: u32, levels: Levels) -> Result
             format!("levels is {n} but may not exceed {MAX_LEVELS}; give fewer")
         }
         Levels::Fixed(n) => format!(
-            "levels = {n} would make {triangles} triangles, more than {MAX_TRIANGLES}; give fewer levels"
+            "levels = {n} would make {triangles} triangles, more than {MAX_TRIANGLES}; give fewer \
+             levels"
         ),
         Levels::Edge(length) => {
             format!(
-                "edges of {length} would need more than {level} levels and {MAX_TRIANGLES} triangles or {MAX_LEVELS} levels; give a longer edge"
+                "edges of {length} would need more than {level} levels and {MAX_TRIANGLES} \
+                 triangles or {MAX_LEVELS} levels; give a longer edge"
             )
         }
     })

@@ -101,7 +101,8 @@ pub fn tessellate_curves(curves: &Curves, settings: &CurveSettings) -> Result<Me
         let Some(spans) = curves.basis.spans(points) else {
             let (name, needs) = (curves.basis.name(), curves.basis.needs());
             return Err(format!(
-                "curve {} has {points} points, but a {name} curve needs {needs}; correct it or choose another basis",
+                "curve {} has {points} points, but a {name} curve needs {needs}; correct it or \
+                 choose another basis",
                 i + 1
             ));
         };
@@ -109,7 +110,8 @@ pub fn tessellate_curves(curves: &Curves, settings: &CurveSettings) -> Result<Me
     }
     if triangles > MAX_TRIANGLES {
         return Err(format!(
-            "{} curves would make {triangles} triangles, more than {MAX_TRIANGLES}; use ribbons, fewer sides or fewer segments",
+            "{} curves would make {triangles} triangles, more than {MAX_TRIANGLES}; use ribbons, \
+             fewer sides or fewer segments",
             curves.len()
         ));
     }

@@ -5,11 +5,15 @@
 //! level's ring by a fixed matrix; limit position and tangents are its left eigenvectors `[HKD93]`.
 //! With k faces around, θ = 2π/k inside and π/k between two creases:
 //!
-//! | | position | tangents |
-//! |---|---|---|
-//! | smooth | `(k² v + 4 Σ eᵢ + Σ fᵢ) / (k (k + 5))` | `Σ a cos(iθ) eᵢ + (cos(iθ) + cos((i+1)θ)) fᵢ`, and with sin |
-//! | crease | `(e₀ + 4 v + e_k) / 6` | `e₀ − e_k`; `l_v v + l₀ (e₀ + e_k) + Σ a sin(iθ) eᵢ + Σ (sin(iθ) + sin((i+1)θ)) fᵢ` |
-//! | corner | `v` | `e₀ − v`, `e_k − v` |
+//! ```text
+//! smooth  position  (k² v + 4 Σ eᵢ + Σ fᵢ) / (k (k + 5))
+//!         tangents  Σ a cos(iθ) eᵢ + (cos(iθ) + cos((i+1)θ)) fᵢ,  and the same with sin
+//! crease  position  (e₀ + 4 v + e_k) / 6
+//!         tangents  e₀ − e_k
+//!                   l_v v + l₀ (e₀ + e_k) + Σ a sin(iθ) eᵢ + Σ (sin(iθ) + sin((i+1)θ)) fᵢ
+//! corner  position  v
+//!         tangents  e₀ − v,  e_k − v
+//! ```
 //!
 //! with `a = 1 + cos θ + cos(θ/2) √(2 (9 + cos θ)) = 16 λ − 4`. The crease's cross tangent is that
 //! of the unmodified rules, derived like `[HKD93]`'s: from `l M = λ l` in the column of e₀ and from

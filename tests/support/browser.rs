@@ -133,7 +133,8 @@ impl Page {
         };
         let target =
             page.call("Target.createTarget", json!({ "url": "about:blank" }))["targetId"].clone();
-        let session = page.call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }))["sessionId"].clone();
+        let attach = json!({ "targetId": target, "flatten": true });
+        let session = page.call("Target.attachToTarget", attach)["sessionId"].clone();
         page.session = session.as_str().unwrap().to_owned();
         for domain in ["Page", "Runtime", "Log", "Network"] {
             page.call(&format!("{domain}.enable"), json!({}));
@@ -240,13 +241,17 @@ impl Page {
     /// Moves the mouse, held down (`button` "left", "right") or not ("none").
     pub fn mouse_move(&mut self, at: [f64; 2], button: &str) {
         let buttons = ["none", "left", "right"].iter().position(|b| *b == button).unwrap_or(0);
-        self.call("Input.dispatchMouseEvent", json!({ "type": "mouseMoved", "x": at[0], "y": at[1], "button": button, "buttons": buttons }));
+        let [x, y] = at;
+        let event = json!({
+            "type": "mouseMoved", "x": x, "y": y, "button": button, "buttons": buttons
+        });
+        self.call("Input.dispatchMouseEvent", event);
     }
 
     /// Presses at a place, moves to another in steps and releases there; equal places click.
     pub fn drag(&mut self, from: [f64; 2], to: [f64; 2], button: &str) {
         self.mouse_move(from, "none");
-        let end = |kind: &str, at: [f64; 2]| json!({ "type": kind, "x": at[0], "y": at[1], "button": button, "clickCount": 1 });
+        let end = |kind: &str, [x, y]: [f64; 2]| json!({ "clickCount": 1, "type": kind, "x": x, "y": y, "button": button });
         self.call("Input.dispatchMouseEvent", end("mousePressed", from));
         if from != to {
             for step in 1..=4 {
@@ -301,7 +306,10 @@ impl Page {
         let text = if key.len() == 1 { key } else { "" };
         for kind in [if text.is_empty() { "rawKeyDown" } else { "keyDown" }, "keyUp"] {
             let text = if kind == "keyDown" { text } else { "" };
-            self.call("Input.dispatchKeyEvent", json!({ "type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code, "text": text }));
+            let event = json!({
+                "type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code, "text": text
+            });
+            self.call("Input.dispatchKeyEvent", event);
         }
     }
 
@@ -367,9 +375,14 @@ impl Drop for Page {
 #[test]
 fn a_page_is_driven() {
     let file = std::env::temp_dir().join(format!("nearfar-page-{}.html", std::process::id()));
-    let page = r#"<!doctype html><title>t</title><style>body{margin:0;background:#204060}</style><canvas id=c width=50 height=50></canvas><script>
-        const log = []; for (const e of ['pointerdown', 'wheel', 'keydown', 'touchstart']) addEventListener(e, x => log.push(e + (x.key || '')));
-        const gl = document.getElementById('c').getContext('webgl2'); gl.clearColor(1, 0, 0, 1); gl.clear(gl.COLOR_BUFFER_BIT);
+    let page = r#"<!doctype html><title>t</title><style>body{margin:0;background:#204060}</style>
+        <canvas id=c width=50 height=50></canvas><script>
+        const log = [];
+        for (const e of ['pointerdown', 'wheel', 'keydown', 'touchstart'])
+          addEventListener(e, x => log.push(e + (x.key || '')));
+        const gl = document.getElementById('c').getContext('webgl2');
+        gl.clearColor(1, 0, 0, 1);
+        gl.clear(gl.COLOR_BUFFER_BIT);
         </script>"#;
     std::fs::write(&file, page).unwrap();
     let Some(mut page) = Page::open(&file, 400, 300) else { return };

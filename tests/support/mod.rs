@@ -1,6 +1,7 @@
 //! Small scenes made in code.
 
 pub mod browser;
+pub mod source;
 
 use glam::Vec3;
 use nearfar::accel::Backend;
@@ -89,4 +90,21 @@ pub fn shared() -> Option<std::path::PathBuf> {
         return None;
     }
     Some(path)
+}
+
+/// Runs the program with its output captured, from the top of the checkout.
+pub fn program(arguments: &[&str]) -> std::process::Output {
+    std::process::Command::new(env!("CARGO_BIN_EXE_nearfar"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+/// An empty folder of this name and process.
+pub fn temporary(name: &str) -> std::path::PathBuf {
+    let folder = std::env::temp_dir().join(format!("nearfar-{name}-{}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
 }

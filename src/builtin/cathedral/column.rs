@@ -81,18 +81,18 @@ pub(super) fn shaft(
     s.lathe(foot, &bell, segments.of(48), leaf, RIB_TINTS[0]);
 }
 
-/// A moulded polygonal slab: from height `low`, `tall`, inner radius `r`, wider by `out` at the top
-/// (or the foot, when `tall` is negative).
-fn slab(
-    s: &mut Solids,
-    foot: Vec3,
+/// Measures of a moulded slab: from height `low`, `tall`, inner radius `r`, wider by `out` at the
+/// top (or the foot, when `tall` is negative).
+struct Slab {
     low: f32,
     tall: f32,
     r: f32,
     out: f32,
-    material: u32,
-    segments: &Segments,
-) {
+}
+
+/// A moulded polygonal slab.
+fn slab(s: &mut Solids, foot: Vec3, measures: &Slab, material: u32, segments: &Segments) {
+    let &Slab { low, tall, r, out } = measures;
     if segments.coarse() {
         let middle = low + 0.5 * tall;
         let plain = [Vec2::new(r, low), Vec2::new(r + out, middle), Vec2::new(r + out, low + tall)];
@@ -120,8 +120,8 @@ fn slab(
 
 /// A clustered column of the arcade, its abacus at `top`.
 pub(super) fn clustered(s: &mut Solids, foot: Vec3, top: f32, segments: &Segments) {
-    slab(s, foot, 0.42, -0.45, 0.88, 0.12, TINTS[1], segments);
-    slab(s, foot, 0.60, -0.22, 0.80, 0.07, TINTS[3], segments);
+    slab(s, foot, &Slab { low: 0.42, tall: -0.45, r: 0.88, out: 0.12 }, TINTS[1], segments);
+    slab(s, foot, &Slab { low: 0.60, tall: -0.22, r: 0.80, out: 0.07 }, TINTS[3], segments);
     let rise = top - 0.22;
     // Drums (none of `STONE`, of which the masonry would cut some and not their neighbours), the
     // core as eight shallow lobes.
@@ -159,7 +159,7 @@ pub(super) fn clustered(s: &mut Solids, foot: Vec3, top: f32, segments: &Segment
         Vec2::new(0.5, rise + 0.06),
     ];
     s.lathe(foot, &core, segments.of(40), |_, _| 1.0, RIB_TINTS[1]);
-    slab(s, foot, rise, 0.225, 0.80, 0.13, TINTS[0], segments);
+    slab(s, foot, &Slab { low: rise, tall: 0.225, r: 0.80, out: 0.13 }, TINTS[0], segments);
 }
 
 /// Three shafts on a wall, from `foot` (in the wall's face) to `top`, with a half abacus; `out`
@@ -186,5 +186,5 @@ pub(super) fn triple(
         );
     }
     let center = Vec3::new(foot.x, 0.0, foot.z) + out * 0.02;
-    slab(s, center, top - 0.15, 0.17, 0.38, 0.08, TINTS[1], segments);
+    slab(s, center, &Slab { low: top - 0.15, tall: 0.17, r: 0.38, out: 0.08 }, TINTS[1], segments);
 }

@@ -6,18 +6,39 @@
 //! traced with 4, 8, 16 … rays a point until their error falls below that of the gather; between
 //! powers of two the error is taken as a power of the number of rays. The cost is that of the rays.
 
-use serde_json::{Map, Value, json};
+use serde::Serialize;
 
 use crate::cli::options::Job;
 use crate::error::Result;
+use crate::film::Layer;
 use crate::method::point_based::{PointLayers, traced_occlusion};
 use crate::radiometry::Rgb;
 use crate::shading::World;
 
+/// The layer of traced occlusion.
+pub(in crate::cli) const TRACED: Layer = Layer::alone("traced", "occlusion by rays, 0 to 1");
+
+/// How far gathered occlusion is from traced.
+#[derive(Debug, Serialize)]
+pub(super) struct TracedFigures {
+    rays: u32,
+    mean_absolute_error: f64,
+    rms: f64,
+    bias: f64,
+}
+
+/// What as good an occlusion costs by rays.
+#[derive(Debug, Serialize)]
+pub(super) struct EqualRays {
+    rays: f64,
+    seconds: f64,
+}
+
 /// What the comparison adds to a picture.
 pub(super) struct AgainstRays {
-    /// `traced` and `rays_of_equal_error`.
-    pub(super) stats: Map<String, Value>,
+    pub(super) figures: TracedFigures,
+    /// None when rays are never as good.
+    pub(super) equal: Option<EqualRays>,
     /// Traced occlusion per pixel.
     pub(super) layer: Vec<f32>,
 }
@@ -33,7 +54,7 @@ pub(super) fn against_rays(
     job: &Job,
     rays: u32,
 ) -> Result<AgainstRays> {
-    let settings = &job.config.points;
+    let settings = &job.config.point_based;
     let points = &layers.samples.points;
     let traced = traced_occlusion(world, points, settings, rays, job.config.seed, &job.run)?;
     let difference = |f: &dyn Fn(f64) -> f64| {
@@ -51,15 +72,10 @@ pub(super) fn against_rays(
         "occlusion against {rays} rays: mean absolute error {mae:.4}, \
          root mean square {rmse:.4}, bias {bias:+.4}"
     );
-    let equal = equal_rays(world, layers, &traced, mae, job)?
-        .map_or(Value::Null, |(r, s)| json!({ "rays": r, "seconds": s }));
-    let stats = [
-        ("traced", json!({ "rays": rays, "mean_absolute_error": mae, "rms": rmse, "bias": bias })),
-        ("rays_of_equal_error", equal),
-    ];
-    let values: Vec<Rgb> = traced.into_iter().map(Rgb::splat).collect();
+    let values: Vec<Rgb> = traced.iter().copied().map(Rgb::splat).collect();
     Ok(AgainstRays {
-        stats: stats.into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
+        figures: TracedFigures { rays, mean_absolute_error: mae, rms: rmse, bias },
+        equal: equal_rays(world, layers, &traced, mae, job)?,
         layer: layers.samples.mean(&values).iter().map(|c| c.x).collect(),
     })
 }
@@ -72,14 +88,14 @@ fn equal_rays(
     truth: &[f32],
     mae: f64,
     job: &Job,
-) -> Result<Option<(f64, f64)>> {
+) -> Result<Option<EqualRays>> {
     let mut before: Option<(f64, f64, f64)> = None;
     for rays in (2..10).map(|i| 1u32 << i) {
         let start = std::time::Instant::now();
         let few = traced_occlusion(
             world,
             &layers.samples.points,
-            &job.config.points,
+            &job.config.point_based,
             rays,
             job.config.seed.wrapping_add(1),
             &job.run,
@@ -96,7 +112,7 @@ fn equal_rays(
             let (equal, time) =
                 (from.0 * (to.0 / from.0).powf(t), from.2 * (to.2 / from.2).powf(t));
             println!("as good as {equal:.1} rays a point, which take {time:.2} s");
-            return Ok(Some((equal, time)));
+            return Ok(Some(EqualRays { rays: equal, seconds: time }));
         }
         before = Some((f64::from(rays), error, seconds));
     }

@@ -8,13 +8,14 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Args;
-use serde_json::json;
+use serde::Serialize;
 use toml::Value;
 
 use crate::cli::options::SceneOptions;
-use crate::cli::{check_writable, statistics};
+use crate::cli::{check_writable, write_json};
 use crate::cloud::{ProxyInputs, RadiositySource, bake, bake_areas, write_cloud};
 use crate::error::{Error, Result};
+use crate::render::RunStatistics;
 use crate::shading::World;
 
 /// Options of `nearfar cloud bake`.
@@ -46,6 +47,16 @@ pub(in crate::cli) struct BakeArgs {
     stats: Option<PathBuf>,
 }
 
+/// What is told of a cloud.
+#[derive(Debug, Serialize)]
+struct BakeFigures {
+    elements: usize,
+    area: f64,
+    triangles: usize,
+    #[serde(flatten)]
+    of_run: RunStatistics,
+}
+
 /// Channels that can be kept.
 const CHANNELS: [&str; 6] =
     ["_radiosity", "_radiosity_back", "albedo", "direct", "direct_back", "emission"];
@@ -67,30 +78,30 @@ pub(super) fn bake_to_file(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<
     let mut extra = Vec::new();
     if let Some(n) = args.elements {
         extra.extend([
-            ("points.elements", Value::Integer(n as i64)),
-            ("points.density", Value::Float(0.0)),
+            ("point_based.elements", Value::Integer(n as i64)),
+            ("point_based.density", Value::Float(0.0)),
         ]);
     }
     if let Some(d) = args.density {
-        extra.push(("points.density", Value::Float(d)));
+        extra.push(("point_based.density", Value::Float(d)));
     }
     if let Some(n) = args.bounces {
-        extra.push(("points.bounces", Value::Integer(n.into())));
+        extra.push(("point_based.bounces", Value::Integer(n.into())));
     }
     if let Some(source) = args.radiosity {
         let name = clap::ValueEnum::to_possible_value(&source)
             .map_or_else(String::new, |v| v.get_name().to_owned());
-        extra.push(("points.radiosity", Value::String(name)));
+        extra.push(("point_based.radiosity", Value::String(name)));
     }
     let job = args.scene.prepare(&extra, None, cancel)?;
-    let world = World::new(&job.scene, args.scene.backend, &job.run)?;
+    let world = World::new(&job.scene, job.config.backend, &job.run)?;
     let (config, inputs) = (&job.config, job.config.inputs(world.diagonal));
     let mut cloud = if none {
-        bake_areas(&world, &config.points, &job.run)?.0
+        bake_areas(&world, &config.point_based, &job.run)?.0
     } else {
         bake(
             &world,
-            &config.points,
+            &config.point_based,
             ProxyInputs { near_cell: inputs.near_cell, photon: inputs.photon },
             config.seed,
             &job.run,
@@ -111,21 +122,15 @@ pub(super) fn bake_to_file(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<
             ],
         )?;
     }
-    if !args.scene.quiet {
-        job.run.warnings().iter().for_each(|w| eprintln!("warning: {w}"));
-    }
     println!("{} elements, area {:.6}", cloud.len(), cloud.total_area());
     if let Some(path) = &args.stats {
-        let of_bake = [
-            ("elements", json!(cloud.len())),
-            ("area", json!(cloud.total_area())),
-            ("triangles", json!(world.geometry.len())),
-        ];
-        let stats = of_bake.into_iter().map(|(k, v)| (k.to_owned(), v)).collect();
-        statistics::write(
-            &statistics::collect(&job.run, job.start.elapsed().as_secs_f64(), stats),
-            path,
-        )?;
+        let figures = BakeFigures {
+            elements: cloud.len(),
+            area: cloud.total_area(),
+            triangles: world.geometry.len(),
+            of_run: RunStatistics::new(&job.run),
+        };
+        write_json(path, &figures)?;
     }
     if args.scene.verbose {
         job.run

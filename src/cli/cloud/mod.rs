@@ -2,8 +2,10 @@
 
 mod against_rays;
 mod bake;
-mod picture;
+mod cloud_picture;
 mod show;
+
+pub(super) use against_rays::TRACED;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -26,7 +28,7 @@ enum CloudCommand {
     Bake(bake::BakeArgs),
     /// Gather occlusion, bent normals, indirect light or sky from a baked cloud: no ray but the
     /// camera's.
-    Gather(picture::GatherArgs),
+    Gather(cloud_picture::GatherArgs),
     /// Show a file of points (PLY) in a page for a browser.
     Show(show::ShowCloudArgs),
 }
@@ -36,7 +38,7 @@ enum CloudCommand {
 pub(super) fn cloud(args: &CloudArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     match &args.command {
         CloudCommand::Bake(args) => bake::bake_to_file(args, cancel),
-        CloudCommand::Gather(args) => picture::gather(args, cancel),
+        CloudCommand::Gather(args) => cloud_picture::gather(args, cancel),
         CloudCommand::Show(args) => show::show_cloud(args),
     }
 }

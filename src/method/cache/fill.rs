@@ -1,7 +1,9 @@
 //! Coarse-to-fine overture: records are measured until every shading point is within reach of one.
 //!
 //! ```text
-//! for stride in 64, 32, …, 1:  for points of pixels on that grid, in an order that spreads:  not covered → measure a record there
+//! for stride in 64, 32, …, 1:
+//!     for points of pixels on that grid, in an order that spreads:
+//!         not covered → measure a record there
 //! ```
 //! Work is done in batches whose size depends on the number of records alone: the points of a batch
 //! are tested against the frozen cache, the uncovered ones measured in parallel and inserted in
@@ -18,7 +20,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
 
-use super::measure::measure;
+use super::hemisphere::Site;
+use super::measure::{MeasureSettings, measure};
 use super::octree::Octree;
 use super::record::CacheRecord;
 use super::settings::CacheSettings;
@@ -196,6 +199,7 @@ impl Cache {
                     }
                 }
                 let rule = self.rule;
+                let settings = MeasureSettings::new(rays, rule.derivatives());
                 let measured: Vec<(CacheRecord, u32)> = run.install(|| {
                     open.par_iter()
                         .map(|&i| {
@@ -204,17 +208,14 @@ impl Cache {
                                 .to_array()
                                 .iter()
                                 .fold(0, |h, v| hash64(h ^ u64::from(v.to_bits())));
-                            let m = measure(
-                                world,
-                                proxy,
-                                points.p[i],
-                                points.ng[i],
-                                points.ns[i],
-                                rays,
-                                rule.derivatives(),
+                            let site = Site {
+                                p: points.p[i],
+                                ng: points.ng[i],
+                                ns: points.ns[i],
                                 seed,
-                                key,
-                            );
+                                element: key,
+                            };
+                            let m = measure(world, proxy, &site, &settings);
                             nanoseconds
                                 .fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
                             (

@@ -1,7 +1,7 @@
 //! The light that arrives at a record, as a jittered polar grid of directions.
 //!
 //! ```text
-//! E = π / N · Σ L(wi)                     wi cosine-distributed, one a stratum of equal cosine-weighted solid angle
+//! E = π / N · Σ L(wi)     wi cosine-distributed, one a stratum of equal weighted solid angle
 //! ```
 //! M rings of equal sin² θ, N ≈ π M sectors. A concentric square grid (compact strata) was tried:
 //! its outermost strata reach higher above the horizon, and what is low and near, a rare hit of
@@ -74,6 +74,21 @@ impl Grid {
     }
 }
 
+/// A place on a surface, and what the random numbers there are keyed by.
+#[derive(Clone, Copy, Debug)]
+pub struct Site {
+    /// Lifted off the surface.
+    pub p: Vec3,
+    /// Geometric normal, unit.
+    pub ng: Vec3,
+    /// Shading normal, unit.
+    pub ns: Vec3,
+    /// Of the run.
+    pub seed: u64,
+    /// Of the place, within the run.
+    pub element: u64,
+}
+
 /// The samples of one hemisphere, one a stratum.
 #[derive(Clone, Debug)]
 pub struct Hemisphere {
@@ -90,23 +105,21 @@ pub struct Hemisphere {
 }
 
 impl Hemisphere {
-    /// Shoots one ray a stratum.
+    /// Shoots one ray a stratum, about the frame of the site's shading normal; every `round` has
+    /// rays of its own.
     pub fn shoot(
         world: &World,
         proxy: Proxy<'_>,
-        p: Vec3,
-        ng: Vec3,
+        site: &Site,
         frame: &Frame,
         grid: Grid,
-        seed: u64,
-        element: u64,
         round: u64,
     ) -> Self {
-        let mut rng = Rng::new(seed, Stream::Cache, element, round);
+        let mut rng = Rng::new(site.seed, Stream::Cache, site.element, round);
         Self::from_fn(grid, &mut rng, |local| {
             let wi = frame.world_from_local(local);
-            (wi.dot(ng) > 0.0).then(|| {
-                let incident = proxy.incident(world, &Ray::new(p, wi));
+            (wi.dot(site.ng) > 0.0).then(|| {
+                let incident = proxy.incident(world, &Ray::new(site.p, wi));
                 (incident.radiance, 1.0 / incident.t)
             })
         })

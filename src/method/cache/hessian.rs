@@ -1,7 +1,8 @@
 //! Occlusion-aware gradient and Hessian of irradiance, from the borders between strata.
 //!
 //! ```text
-//! ∇E = Σ_b (L_left − L_right) k_b ∇e_b          ∇²E = Σ_b (L_left − L_right) k_b² ∇²e_b          b over all borders, e_b: [`super::edges`]
+//! ∇E  = Σ_b (L_left − L_right) k_b ∇e_b
+//! ∇²E = Σ_b (L_left − L_right) k_b² ∇²e_b          b over all borders, e_b: [`super::edges`]
 //! ```
 //! Every stratum is read as a polygon of its sample's radiance. A border moves with the nearer of
 //! what lies on its two sides (k_b, the inverse distance), so that a near thing covers and uncovers

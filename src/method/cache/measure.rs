@@ -1,7 +1,6 @@
 //! One record: irradiance, its derivatives and what bounds its reach, from one set of rays.
 //!
-//! Input   a point lifted off its surface, its normals. Output  [`Measured`]. Keyed by (seed,
-//!         element): the same bits on any thread.
+//! Input   a [`Site`]. Output  [`Measured`]. Keyed by the site: the same bits on any thread.
 //! Cost    `rays` rays; the gradients and the Hessian add at most 5 % to them.
 //!
 //! **Noise.** A record noisier than `noise` is measured again with as many further rays as it has,
@@ -16,7 +15,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::hemisphere::{Grid, Hemisphere};
+use super::hemisphere::{Grid, Hemisphere, Site};
 use super::{hessian, ward};
 use crate::math::Frame;
 use crate::photon::Proxy;
@@ -58,7 +57,8 @@ pub struct Measured {
     pub distance_min: f32,
     /// Unit tangent, direction of the larger |λ|.
     pub curvature_axis: Vec3,
-    /// |λ1| ≥ |λ2| of the relative irradiance, 1/length²; zero unless [`Derivatives::OcclusionHessian`].
+    /// |λ1| ≥ |λ2| of the relative irradiance, 1/length²; zero unless
+    /// [`Derivatives::OcclusionHessian`].
     pub curvature: [f32; 2],
     /// Per azimuth sector about `Frame::from_normal(ns)`: distance of the nearest hit less than 30°
     /// above the tangent plane; infinite: none.
@@ -70,73 +70,46 @@ pub struct Measured {
     pub standard_error: f32,
 }
 
-/// How records are kept from noise.
+/// What is measured at a record, and how it is kept from noise.
 #[derive(Clone, Copy, Debug)]
 pub struct MeasureSettings {
+    /// Rays of a quiet record.
+    pub rays: u32,
+    /// What is measured beside irradiance and distances.
+    pub derivatives: Derivatives,
     /// Relative standard error above which a record is measured with further rays.
     pub noise: f32,
     /// Most rays of a record, in units of `rays`.
     pub noise_rays_max: u32,
 }
 
-impl Default for MeasureSettings {
-    fn default() -> Self {
-        Self { noise: 0.1, noise_rays_max: 4 }
+impl MeasureSettings {
+    /// With the usual bounds of noise: 10 % from at most four times the rays.
+    pub fn new(rays: u32, derivatives: Derivatives) -> Self {
+        Self { rays, derivatives, noise: 0.1, noise_rays_max: 4 }
     }
 }
 
-/// [`measure_with`] the default settings.
+/// Measures the record at a site.
 pub fn measure(
     world: &World,
     proxy: Proxy<'_>,
-    p: Vec3,
-    ng: Vec3,
-    ns: Vec3,
-    rays: u32,
-    derivatives: Derivatives,
-    seed: u64,
-    element: u64,
-) -> Measured {
-    measure_with(
-        world,
-        proxy,
-        p,
-        ng,
-        ns,
-        rays,
-        derivatives,
-        &MeasureSettings::default(),
-        seed,
-        element,
-    )
-}
-
-/// Measures the record at `p` (already lifted off the surface). Keyed by (seed, element).
-pub fn measure_with(
-    world: &World,
-    proxy: Proxy<'_>,
-    p: Vec3,
-    ng: Vec3,
-    ns: Vec3,
-    rays: u32,
-    derivatives: Derivatives,
+    site: &Site,
     settings: &MeasureSettings,
-    seed: u64,
-    element: u64,
 ) -> Measured {
-    let frame = Frame::from_normal(ns);
-    let limit = f64::from(rays) * f64::from(settings.noise_rays_max);
+    let frame = Frame::from_normal(site.ns);
+    let limit = f64::from(settings.rays) * f64::from(settings.noise_rays_max);
     let mut sum = Sum::default();
     for round in 0.. {
-        let rays = if round == 0 { rays } else { sum.strata as u32 };
-        let hemisphere =
-            Hemisphere::shoot(world, proxy, p, ng, &frame, Grid::new(rays), seed, element, round);
-        sum.add(&hemisphere, derivatives);
+        let rays = if round == 0 { settings.rays } else { sum.strata as u32 };
+        let grid = Grid::new(rays);
+        let hemisphere = Hemisphere::shoot(world, proxy, site, &frame, grid, round);
+        sum.add(&hemisphere, settings.derivatives);
         if sum.standard_error() <= settings.noise || 2.0 * sum.strata > limit {
             break;
         }
     }
-    sum.finish(&frame, derivatives)
+    sum.finish(&frame, settings.derivatives)
 }
 
 /// The record of one hemisphere.

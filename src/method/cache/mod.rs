@@ -11,7 +11,7 @@
 //! | File | Job |
 //! |---|---|
 //! | `settings` | [`CacheSettings`] |
-//! | `hemisphere`, `ward`, `edges`, `hessian`, `measure` | one record: rays, gradients, Hessian, distances |
+//! | `hemisphere`, `ward`, `edges`, `hessian`, `measure` | one record |
 //! | `validity` | how far a record reaches, its weight, who leaks |
 //! | `record` | [`CacheRecord`]: what is kept of a measurement |
 //! | `octree` | spheres around a point |
@@ -40,5 +40,5 @@ pub mod ward;
 
 pub use fill::Cache;
 pub use record::CacheRecord;
-pub use render::{fill_and_interpolate, render};
+pub use render::{CacheStatistics, LAYERS, fill_and_interpolate, render};
 pub use settings::{Allocation, CacheSettings, Mode};

@@ -159,9 +159,13 @@ mod tests {
         fn agrees_with_brute_force(seed in 0u64..10_000, scale in -7.0f32..3.0) {
             let mut rng = Rng::new(seed, Stream::Test, 0, 0);
             // Some centres and queries lie outside the box.
-            let mut point = || Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32()) * 1.2 - Vec3::splat(0.1);
+            let mut point = || {
+                let place = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
+                place * 1.2 - Vec3::splat(0.1)
+            };
             let centers: Vec<Vec3> = (0..120).map(|_| point()).collect();
-            let queries: Vec<Vec3> = (0..60).map(|_| point()).chain(centers.iter().copied().take(20)).collect();
+            let elsewhere = (0..60).map(|_| point());
+            let queries: Vec<Vec3> = elsewhere.chain(centers.iter().copied().take(20)).collect();
             let radii: Vec<f32> = (0..120).map(|_| 10f32.powf(scale * rng.next_f32())).collect();
             let mut tree = Octree::new(&Aabb { min: Vec3::ZERO, max: Vec3::ONE });
             for i in 0..centers.len() {

@@ -1,19 +1,39 @@
 //! Fill and final pass in a row.
 
 use rayon::prelude::*;
-use serde_json::json;
 
 use super::fill::Cache;
+use super::hemisphere::Site;
 use super::interpolate::interpolate;
-use super::measure::{Derivatives, measure};
+use super::measure::{Derivatives, MeasureSettings, measure};
 use super::settings::CacheSettings;
 use crate::error::Result;
-use crate::method::Rendered;
-use crate::method::locations::Locations;
-use crate::method::stage::{Inputs, Stage};
+use crate::film::Layer;
+use crate::method::locations::{LOCATION, Locations};
+use crate::method::stage::{Inputs, Stage, StageStatistics};
+use crate::method::{MethodStatistics, Rendered};
 use crate::radiometry::Rgb;
 use crate::run::{RayKind, Run};
 use crate::shading::World;
+
+/// Layers of the picture beside those of the camera samples.
+pub const LAYERS: [Layer; 1] = [LOCATION];
+
+/// What the cache tells of its picture.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct CacheStatistics {
+    /// Proxy and points.
+    #[serde(flatten)]
+    pub stage: StageStatistics,
+    /// Records in all.
+    pub records: usize,
+    /// Those of them that were there before.
+    pub records_loaded: usize,
+    /// Rays of a new record.
+    pub rays_per_record: f64,
+    /// CPU time of a new record.
+    pub microseconds_per_record: f64,
+}
 
 /// Extends `cache` to all shading points of the stage and blends it there.
 ///
@@ -33,17 +53,9 @@ pub fn fill_and_interpolate(
     // Few or none: points that no record reaches, measured by themselves.
     let own = |i: usize| {
         let (p, ng, ns) = (points.p[i], points.ng[i], points.ns[i]);
-        let measured = measure(
-            world,
-            stage.proxy(),
-            p,
-            ng,
-            ns,
-            settings.rays,
-            Derivatives::None,
-            seed,
-            i as u64,
-        );
+        let site = Site { p, ng, ns, seed, element: i as u64 };
+        let settings = MeasureSettings::new(settings.rays, Derivatives::None);
+        let measured = measure(world, stage.proxy(), &site, &settings);
         run.rays.add(RayKind::Sample, u64::from(measured.rays));
         measured.irradiance
     };
@@ -90,14 +102,12 @@ pub fn render(
     let locations = locations(&cache);
     film.set("location", locations.marks(samples));
     let measured = (cache.records.len() - loaded).max(1) as f64;
-    let mut stats = stage.stats();
-    for (key, value) in [
-        ("records", json!(cache.records.len())),
-        ("records_loaded", json!(loaded)),
-        ("rays_per_record", json!(cache.rays as f64 / measured)),
-        ("microseconds_per_record", json!(cache.measure_seconds * 1e6 / measured)),
-    ] {
-        stats.insert(key.into(), value);
-    }
-    Ok((Rendered { film, stats, locations }, cache))
+    let statistics = MethodStatistics::IrradianceCache(CacheStatistics {
+        stage: stage.statistics(),
+        records: cache.records.len(),
+        records_loaded: loaded,
+        rays_per_record: cache.rays as f64 / measured,
+        microseconds_per_record: cache.measure_seconds * 1e6 / measured,
+    });
+    Ok((Rendered { film, statistics, locations }, cache))
 }

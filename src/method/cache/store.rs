@@ -20,7 +20,7 @@ use crate::method::stage::Inputs;
 use crate::ply::{self, Columns};
 use crate::scene::Fingerprint;
 
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// The numbers of a record: floats, then `corral` and the colour that viewers show.
 fn columns() -> Columns {
@@ -89,7 +89,7 @@ fn record(v: &[f32], corral: u32) -> Option<CacheRecord> {
 pub fn key(scene: Fingerprint, inputs: &Inputs<'_>, settings: &CacheSettings) -> Key {
     Key::new("irradiance cache", VERSION, scene)
         .with("cache", settings, &["reach", "extrapolation"])
-        .with("photon", inputs.photon, &[])
+        .with("proxy", inputs.photon, &[])
         .with_value("decompose.near_cell", inputs.near_cell)
 }
 

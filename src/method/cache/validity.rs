@@ -2,9 +2,13 @@
 //!
 //! | Mode | Radius | Weight |
 //! |---|---|---|
-//! | `hessian` | r_k = (4 ε A / (π abs λ_k))^¼, at most E / abs g_k; longer at most `aspect` · shorter; at most κ R, R smallest distance, clamped by neighbours | hat of the ellipse · hat of the angle · hat of the plane distance |
-//! | `production-2006` | κ R, R = min(smallest distance, E / abs g_c), clamped by neighbours | 1 − max(d / r, √(1 − n·n_i) / √(1 − cos angle)) |
+//! | `hessian` | by curvature, see below | hats of the ellipse, the angle, the plane distance |
+//! | `production-2006` | κ R, see below | 1 − max(d / r, √(1 − n·n_i) / √(1 − cos angle)) |
 //! | `split-sphere` | a R, R harmonic mean distance | 1 / (d / R + √(1 − n·n_i)) − 1 / a |
+//!
+//! `hessian`: per axis r_k = (4 ε A / (π abs λ_k))^¼, at most E / abs g_k; the longer at most
+//! `aspect` times the shorter; both at most κ R, with R the smallest distance, clamped by
+//! neighbours. `production-2006`: R = min(smallest distance, E / abs g_c), clamped by neighbours.
 //!
 //! All radii lie in \[`min_spacing`, `max_spacing`\] pixel footprints of the record. Records in
 //! front of the point, (p − p_i)·(n + n_i)/2 < 0 by more than a twentieth of the radius, are left
@@ -59,7 +63,7 @@ impl Rule {
             scale,
             min_spacing: settings.min_spacing * scale.min(1.0),
             max_spacing: settings.max_spacing,
-            max_radius: settings.max_radius * diagonal,
+            max_radius: settings.max_radius.resolve(diagonal),
             kappa: match settings.mode {
                 Mode::Hessian => settings.clearance * scale,
                 Mode::Production2006 => 0.5 * scale,
@@ -361,7 +365,7 @@ mod tests {
             );
             let huge = made(&rule, &measured(1e9, [0.0, 0.0], 0.0));
             let limit = (0.01 * CacheSettings::default().max_spacing)
-                .min(10.0 * CacheSettings::default().max_radius);
+                .min(CacheSettings::default().max_radius.resolve(10.0));
             assert!(
                 huge.radius[0] <= limit * 1.0001 && huge.radius[0] > 0.9 * limit,
                 "{mode:?} {:?}",

@@ -1,11 +1,14 @@
 //! `--converge`: a picture that starts as the fast one and approaches the ground truth.
 //!
 //! ```text
-//! M     the model, a finished picture               A, B    two independent halves of path-traced samples, each with two quarters
+//! M     the model, a finished picture
+//! A, B  two independent halves of path-traced samples, each with two quarters
 //! D_X   = (X − M) / albedo = Σ_j D_X,j              bands of the edge-aware pyramid (`pyramid`)
-//! O     = M + albedo · (s_A Σ_j w_B,j D_A,j + s_B Σ_j w_A,j D_B,j)        s: share of the samples, s_A + s_B = 1
-//! w_X,j = b² / (b² + s_X σ²),   b² = (Σ D_X0,j D_X1,j − 3 √(K Σ σ⁴))₊,   σ² = Σ (D_X0,j − D_X1,j)² / 4
-//!                                              Σ: over the picture, by relative error; K pixels are joined by the bands below
+//! O     = M + albedo · (s_A Σ_j w_B,j D_A,j + s_B Σ_j w_A,j D_B,j)
+//!       s: share of the samples, s_A + s_B = 1
+//! w_X,j = b² / (b² + s_X σ²)
+//!       b² = (Σ D_X0,j D_X1,j − 3 √(K Σ σ⁴))₊,   σ² = Σ (D_X0,j − D_X1,j)² / 4
+//!       Σ: over the picture, by relative error; K pixels are joined by the bands below
 //! ```
 //! Method     b² is what the model lacks in a band, σ² the noise of X there, both from X alone; the
 //!            weight is used on the other half. So a firefly neither chooses its own weight nor is
@@ -48,61 +51,59 @@ pub use shrink::{Certificate, combine};
 use std::time::Instant;
 
 use crate::error::{Error, Result};
-use crate::film::Film;
+use crate::film::{Film, layer};
 use crate::method::Rendered;
 use crate::run::Run;
+use crate::settings::{choices, section};
 
-/// How much of a band of the difference is kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Weight {
-    /// By what is known of it: the least expected error.
-    #[default]
-    Shrink,
-    /// All: unbiased, the model plays no part.
-    One,
-}
-
-/// Knobs of `--converge`.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ConvergeSettings {
-    /// Path-traced samples per pixel, both halves together; at least 4.
-    pub spp: u32,
-    /// Weight of the samples against the model.
-    pub weight: Weight,
-    /// Bands of the pyramid, 1 to 10; the coarsest reaches 2^levels pixels.
-    pub levels: u32,
-    /// Stop once the certified relMSE is below this; 0: never.
-    pub target_error: f64,
-}
-
-impl Default for ConvergeSettings {
-    fn default() -> Self {
-        Self { spp: 256, weight: Weight::Shrink, levels: 6, target_error: 0.0 }
+choices! {
+    /// How much of a band of the difference is kept.
+    pub enum Weight default Shrink {
+        /// By what is known of it: the least expected error.
+        Shrink = "shrink",
+        /// All: unbiased, the model plays no part.
+        One = "one",
     }
 }
 
-impl ConvergeSettings {
-    /// # Errors
-    /// [`Error::Setting`] for values out of range.
-    pub fn validate(&self) -> Result<()> {
-        if self.spp < 4 {
-            return Err(Error::setting(
-                "converge.spp",
-                "must be at least 4: two samples in each of two halves",
-            ));
-        }
-        if !(1..=10).contains(&self.levels) {
-            return Err(Error::setting("converge.levels", "must be 1 to 10"));
-        }
-        if self.target_error.is_nan() || self.target_error < 0.0 {
-            return Err(Error::setting(
-                "converge.target_error",
-                "must be a relMSE ≥ 0; 0 switches it off",
-            ));
-        }
-        Ok(())
+section! {
+    /// The picture that converges.
+    pub struct ConvergeSettings in "converge" {
+        /// Go on from the method's picture towards the ground truth.
+        enabled: bool = false;
+        /// Path-traced samples per pixel, both halves together: two in each at the least.
+        spp: u32 = 256, in from(4.0), unit "samples per pixel";
+        /// Weight of the samples against the model.
+        weight: Weight = Weight::Shrink;
+        /// Bands of the pyramid; the coarsest reaches 2^levels pixels.
+        levels: u32 = 6, in from(1.0).to(10.0), unit "bands";
+        /// Stop once the certified relMSE is below this; 0: never.
+        target_error: f64 = 0.0, unit "relMSE";
+    }
+}
+
+/// What `converge` tells of its picture.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+pub struct ConvergeStatistics {
+    /// Mean path-traced samples a pixel; 0: the picture is the model's.
+    #[serde(rename = "converge_spp")]
+    pub spp: f64,
+    /// What is known of the picture's error.
+    #[serde(flatten)]
+    pub certificate: Option<Certificate>,
+}
+
+impl std::fmt::Display for ConvergeStatistics {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Some(c) = &self.certificate else {
+            return f.write_str("no time for samples: the picture is the model's");
+        };
+        write!(
+            f,
+            "{:.1} samples a pixel; estimated relMSE {:.2e} (bias {:.2e}, noise {:.2e}); \
+             model alone {:.2e}, samples alone {:.2e}",
+            self.spp, c.relmse, c.bias, c.noise, c.model, c.path
+        )
     }
 }
 
@@ -126,7 +127,7 @@ pub fn render(
     settings: &ConvergeSettings,
     sample: &mut Sampler<'_>,
     run: &Run,
-) -> Result<Rendered> {
+) -> Result<(Rendered, ConvergeStatistics)> {
     settings.validate()?;
     let late = || run.cancelled() || run.deadline.is_some_and(|d| Instant::now() >= d);
     let mut halves: [Option<Film>; 2] = [None, None];
@@ -156,21 +157,21 @@ pub fn render(
             }
         }
     }
-    let Rendered { mut film, mut stats, locations } = model;
-    let (mut spp, mut certificate) = (0.0, None);
+    let Rendered { mut film, statistics, locations } = model;
+    let mut converge = ConvergeStatistics::default();
     if let Some(films) = usable(&halves) {
         let _phase = run.phase("converge", 1);
-        let (picture, found) = run.install(|| combine(&film, films, settings))?;
+        let (picture, certificate) = run.install(|| combine(&film, films, settings))?;
         film.set_rgb("", &picture);
         let counts = films.map(|f| f.channels.get("samples").cloned().unwrap_or_default());
         let samples: Vec<f32> = counts[0].iter().zip(&counts[1]).map(|(a, b)| a + b).collect();
-        spp = samples.iter().map(|&n| f64::from(n)).sum::<f64>() / samples.len().max(1) as f64;
-        film.set("samples", samples);
-        certificate = Some(found);
+        converge.spp =
+            samples.iter().map(|&n| f64::from(n)).sum::<f64>() / samples.len().max(1) as f64;
+        film.set(layer::SAMPLES.name, samples);
+        converge.certificate = Some(certificate);
     }
-    film.header.insert("nearfar.converge.spp".into(), spp.to_string());
-    stats.insert("converge_spp".into(), spp.into());
-    if let Some(c) = certificate {
+    film.header.insert("nearfar.converge.spp".into(), converge.spp.to_string());
+    if let Some(c) = converge.certificate {
         for (name, value) in [
             ("relmse", c.relmse),
             ("bias", c.bias),
@@ -179,10 +180,9 @@ pub fn render(
             ("path", c.path),
         ] {
             film.header.insert(format!("nearfar.converge.{name}"), format!("{value:e}"));
-            stats.insert(format!("converge_{name}"), value.into());
         }
     }
-    Ok(Rendered { film, stats, locations })
+    Ok((Rendered { film, statistics, locations }, converge))
 }
 
 /// Both halves, once every pixel has both quarters of each.

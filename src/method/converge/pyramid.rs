@@ -1,9 +1,11 @@
 //! The edge-aware à-trous pyramid that splits an image into scales.
 //!
 //! ```text
-//! D_0 = D,   D_{j+1}(i) = Σ_k h_k g(i, i + 2^j k) D_j(i + 2^j k) / Σ_k h_k g(i, i + 2^j k)        h: B3 spline, 5 × 5
+//! D_0 = D,   D_{j+1}(i) = Σ_k h_k g(i, i + 2^j k) D_j(i + 2^j k) / Σ_k h_k g(i, i + 2^j k)
+//!            h_k: B3 spline, 5 × 5
 //! D   = Σ_{j<J} (D_j − D_{j+1}) + D_J
-//! g   = max(0, n·n')^16 · max(0, 1 − (16 h)² / |p − p'|²)                                         h: larger distance from the other's plane
+//! g   = max(0, n·n')^16 · max(0, 1 − (16 h)² / |p − p'|²)
+//!            h: larger distance from the other's plane
 //! ```
 //! The sum telescopes, so it gives D back whatever g is. Where nothing is seen, g joins background
 //! to background alone.

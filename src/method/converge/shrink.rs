@@ -18,14 +18,19 @@ const SIGNIFICANT: f64 = 3.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Certificate {
     /// The picture.
+    #[serde(rename = "converge_relmse")]
     pub relmse: f64,
     /// Its share that more samples of equal weights would not take away.
+    #[serde(rename = "converge_bias")]
     pub bias: f64,
     /// Its share of noise.
+    #[serde(rename = "converge_noise")]
     pub noise: f64,
     /// The model alone.
+    #[serde(rename = "converge_model")]
     pub model: f64,
     /// The samples alone.
+    #[serde(rename = "converge_path")]
     pub path: f64,
 }
 

@@ -7,19 +7,20 @@
 //! kept is clustered and sampled as the points of one picture would be. The frames then add
 //! nothing.
 //!
-//! Input   [`World`], views. Output  [`Prepared`] without camera samples, for [`Prepared::look`].
-//! Guarantees  bit-identical for any thread count. Memory  two points a box of the surface that the
-//!             path sees, whatever the number of frames.
-//! Not     clusters for what only falls between the rays of one a pixel: such points blend the
-//!         clusters in reach, or take the nearest.
+//! From [`World`] and views comes [`Prepared`] without camera samples, for [`Prepared::look`]. The
+//! result has the same bits for any number of threads. It takes memory for two points a box of the
+//! surface that the path sees, whatever the number of frames. What only falls between the rays of
+//! one a pixel gets no cluster of its own: such points blend the clusters in reach, or take the
+//! nearest.
 
 use std::collections::HashMap;
 
 use glam::{IVec3, Vec2};
 use rayon::prelude::*;
 
+use super::far::extend::extend;
 use super::store::Known;
-use super::{DecomposeSettings, Prepared, extend};
+use super::{Context, DecomposeSettings, Prepared};
 use crate::error::Result;
 use crate::math::{Ray, offset_origin};
 use crate::method::stage::{Inputs, Stage, cells};
@@ -102,20 +103,10 @@ pub fn plan(
     };
     let points = thinned(world, views, prepared.lengths.cluster_radius / BOXES, run)?;
     let all = (0..points.len() as u32).collect();
-    let Prepared { stage, clusters, sh, lengths, .. } = &mut prepared;
-    let (_, seconds) = extend::extend(
-        world,
-        stage.proxy(),
-        &points,
-        all,
-        clusters,
-        sh,
-        settings,
-        lengths,
-        inputs.seed,
-        run,
-    )?;
-    prepared.sample_seconds = seconds;
-    prepared.clusters.forget_members();
+    let Prepared { stage, sampled, lengths, .. } = &mut prepared;
+    let (proxy, lengths, seed) = (stage.proxy(), *lengths, inputs.seed);
+    let context = Context { world, proxy, settings, lengths, seed, run };
+    prepared.sample_seconds = extend(&context, &points, all, sampled)?;
+    prepared.sampled.clusters.forget_members();
     Ok(prepared)
 }

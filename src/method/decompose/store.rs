@@ -1,25 +1,25 @@
 //! Proxy, clusters and their SH in one file: binary little-endian PLY, whose first element viewers
 //! show as coloured points.
 //!
-//! ```text
-//! comment …                      a crate::method::key: kind "decomposition", scene, settings of photons and of passes 1 and 2
-//! element vertex                 clusters: x y z nx ny nz radius, sh_0_r sh_0_g sh_0_b …, red green blue
-//! element cell                   cells in the order that scene and near_cell decide: radiosity and indirect irradiance of front and back, coverage, gathered
-//! ```
-//! Coefficient l² + l + m of colour c is `sh_<index>_<c>`, radiance (W·sr⁻¹·m⁻²), as [`crate::sh`]
-//! has them. `gathered`: bit 0 the front, bit 1 the back. Settings of pass 3 may differ between the
-//! render that saves and the one that loads, and so may the camera and the seed.
+//! The comments hold a [`crate::method::key`]: kind "decomposition", the scene, the settings of the
+//! proxy and of passes 1 and 2. The element `vertex` holds the clusters: x y z nx ny nz radius,
+//! sh_0_r sh_0_g sh_0_b …, red green blue. The element `cell` holds the cells, in the order that
+//! scene and `near_cell` decide: radiosity and indirect irradiance of front and back, coverage,
+//! gathered. Coefficient l² + l + m of colour c is `sh_<index>_<c>`, radiance (W·sr⁻¹·m⁻²), as
+//! [`crate::sh`] has them; `gathered` has bit 0 for the front and bit 1 for the back. Settings of
+//! pass 3 may differ between the render that saves and the one that loads, and so may the camera
+//! and the seed.
 //!
-//! Guarantees  floats are stored as they are: what is loaded is bit for bit what was saved; a file
-//!             is there whole or not at all; files of another scene, other settings or another
-//!             version, cut short or damaged, are refused, with what differs and how to mend it.
-//! Cost    53 B a cell, 31 B and 12 B for each coefficient a cluster.
+//! Floats are stored as they are: what is loaded is bit for bit what was saved. A file is there
+//! whole or not at all; files of another scene, other settings or another version, cut short or
+//! damaged, are refused, with what differs. A cell takes 53 B, a cluster 31 B and 12 B for each
+//! coefficient.
 
 use std::path::Path;
 
 use glam::Vec3;
 
-use super::cluster::Clusters;
+use super::far::SampledClusters;
 use super::{DecomposeSettings, Prepared};
 use crate::error::{Error, Result};
 use crate::method::key::Key;
@@ -29,12 +29,13 @@ use crate::ply::{self, Columns, Rows};
 use crate::radiometry::Rgb;
 use crate::scene::Fingerprint;
 use crate::sh::ShRgb;
+use crate::tessellate::Side;
 
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Settings of the last pass, of sampling the camera, and lengths, which count by their value in
 /// this scene.
-const LEFT_OUT: [&str; 15] = [
+const LEFT_OUT: [&str; 13] = [
     "alpha",
     "near_cell",
     "cluster_radius",
@@ -45,11 +46,9 @@ const LEFT_OUT: [&str; 15] = [
     "near_samples",
     "near_visibility",
     "near_rays",
-    "near_tolerance",
     "near_noise",
     "near_filter",
     "near_filter_reach",
-    "overlap",
 ];
 
 /// What does not belong to a view: radiosity of the cells, clusters without members, their SH.
@@ -57,24 +56,17 @@ const LEFT_OUT: [&str; 15] = [
 pub struct Known {
     /// The proxy.
     pub radiosity: CellRadiosity,
-    /// Clusters without members.
-    pub clusters: Clusters,
-    /// One a cluster.
-    pub sh: Vec<ShRgb>,
+    /// Clusters without members, and their distant light.
+    pub sampled: SampledClusters,
 }
 
 impl Known {
     /// Of a render.
     pub fn new(prepared: &Prepared) -> Self {
-        let Prepared { clusters, sh, stage, .. } = prepared;
-        let mut clusters = clusters.clone();
-        clusters.forget_members();
-        Self { radiosity: stage.radiosity.clone(), clusters, sh: sh.clone() }
-    }
-
-    /// The clusters.
-    pub fn clusters(&self) -> Clusters {
-        self.clusters.clone()
+        let Prepared { sampled, stage, .. } = prepared;
+        let mut sampled = sampled.clone();
+        sampled.clusters.forget_members();
+        Self { radiosity: stage.radiosity.clone(), sampled }
     }
 }
 
@@ -88,7 +80,7 @@ pub fn key(
     let lengths = settings.lengths(diagonal);
     Key::new("decomposition", VERSION, scene)
         .with("decompose", settings, &LEFT_OUT)
-        .with("photon", inputs.photon, &[])
+        .with("proxy", inputs.photon, &[])
         // As text: infinity is no number in JSON.
         .with_value("decompose.alpha", lengths.alpha.to_string())
         .with_value("decompose.cluster_radius", lengths.cluster_radius)
@@ -122,28 +114,32 @@ fn columns(bands: u32) -> [Columns; 2] {
 /// # Errors
 /// [`Error::Io`] when the system refuses.
 pub fn save(path: &Path, key: &Key, known: &Known, settings: &DecomposeSettings) -> Result<()> {
+    let SampledClusters { clusters, sh } = &known.sampled;
     let irradiance: Vec<Rgb> =
-        known.sh.iter().zip(&known.clusters.normal).map(|(sh, &n)| sh.irradiance(n)).collect();
+        sh.iter().zip(&clusters.normal).map(|(sh, &n)| sh.irradiance(n)).collect();
     let scale = ply::colour_scale(irradiance.iter().copied());
     let (mut vertex, mut cell) = (Rows::default(), Rows::default());
     for (i, &e) in irradiance.iter().enumerate() {
-        let coefficients = known.sh[i]
+        let coefficients = sh[i]
             .0
             .iter()
             .take((settings.sh_bands * settings.sh_bands) as usize)
             .flat_map(|c| c.to_array());
-        let c = &known.clusters;
+        let c = clusters;
         let place =
             c.center[i].to_array().into_iter().chain(c.normal[i].to_array()).chain([c.radius[i]]);
         let place = place.chain(c.anchor[i].to_array()).chain([c.scale_of(i)]);
         vertex.push(place.chain(coefficients), &ply::colour(e, scale));
     }
     let r = &known.radiosity;
-    let gathered = |side: usize| r.gathered.get(side).is_some_and(|&g| g);
+    let gathered = |cell: usize, side: Side| {
+        let gathered = r.gathered.get(2 * cell + side as usize);
+        u8::from(gathered.is_some_and(|&g| g)) << side as u8
+    };
     for i in 0..r.len() {
         let sides = [r.front[i], r.back[i], r.indirect_front[i], r.indirect_back[i]];
         let values = sides.into_iter().flat_map(|c| c.to_array()).chain([r.coverage(i as u32)]);
-        cell.push(values, &[u8::from(gathered(2 * i)) | u8::from(gathered(2 * i + 1)) << 1]);
+        cell.push(values, &[gathered(i, Side::Front) | gathered(i, Side::Back)]);
     }
     let [of_vertex, of_cell] = columns(settings.sh_bands);
     ply::write_elements(path, &key.comments(), &[(of_vertex, vertex), (of_cell, cell)])
@@ -166,7 +162,7 @@ pub fn load(
             path,
             None,
             format!(
-                "{element} {i} is damaged: a number is not finite or out of range; render without --load-cache and save it again"
+                "{element} {i} is damaged: a number is not finite or out of range; save it again"
             ),
         )
     };
@@ -176,7 +172,7 @@ pub fn load(
         if !v.iter().all(|x| x.is_finite()) || (normal.length() - 1.0).abs() > 1e-3 || v[6] < 0.0 {
             return Err(damaged("cluster", i));
         }
-        let c = &mut known.clusters;
+        let c = &mut known.sampled.clusters;
         c.center.push(Vec3::from_slice(&v));
         c.normal.push(normal);
         c.radius.push(v[6]);
@@ -184,11 +180,12 @@ pub fn load(
         c.scale.push(v[10]);
         let mut sh = ShRgb::default();
         sh.0.iter_mut().zip(v[11..].chunks_exact(3)).for_each(|(c, v)| *c = Vec3::from_slice(v));
-        known.sh.push(sh);
+        known.sampled.sh.push(sh);
     }
-    known.clusters.forget_members();
-    if known.clusters.scale.iter().all(|&s| s == 1.0) {
-        known.clusters.scale.clear();
+    let clusters = &mut known.sampled.clusters;
+    clusters.forget_members();
+    if clusters.scale.iter().all(|&s| s == 1.0) {
+        clusters.scale.clear();
     }
     let (r, gather) = (&mut known.radiosity, inputs.photon.estimate == Estimate::Gather);
     for (i, (v, flags)) in rows[1].iter(&columns[1]).enumerate() {

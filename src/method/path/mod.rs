@@ -27,56 +27,39 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::method::Rendered;
+use crate::method::locations::Locations;
+use crate::method::{MethodStatistics, Rendered};
 use crate::run::{RayKind, Run};
 use crate::sampling::PixelFilter;
+use crate::settings::section;
 use crate::shading::World;
+pub use pixels::LAYERS;
 use pixels::Pixel;
 
-/// Quality of path tracing.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct PathSettings {
-    /// Samples per pixel; the render stops there at the latest.
+section! {
+    /// Path tracing.
+    pub struct PathSettings in "path" {
+        /// Samples per pixel; the render stops there at the latest.
+        spp: u32 = 256, in from(1.0), unit "samples per pixel";
+        /// Longest path in surface points (1: direct light only); 0: unbounded.
+        max_depth: u32 = 0, unit "surface points";
+        /// Stop once the estimated relMSE of the image's own noise is below this; 0: never.
+        target_error: f64 = 0.0, unit "relMSE";
+        /// First bounce at which a path may end by Russian roulette.
+        roulette_from: u32 = 3, unit "bounces";
+    } also {
+        /// Pixel filter: the one of `record.filter`.
+        filter: PixelFilter = PixelFilter::default();
+    }
+}
+
+/// What path tracing tells of its picture.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct PathStatistics {
+    /// Samples of the pixel that has fewest.
     pub spp: u32,
-    /// Longest path in surface points (1: direct light only); 0: unbounded.
-    pub max_depth: u32,
-    /// Stop once the estimated relMSE of the image's own noise is below this; 0: never.
-    pub target_error: f64,
-    /// First bounce at which a path may end by Russian roulette.
-    pub roulette_from: u32,
-    /// Pixel filter: the one of `record.filter`.
-    #[serde(skip)]
-    pub filter: PixelFilter,
-}
-
-impl Default for PathSettings {
-    fn default() -> Self {
-        Self {
-            spp: 256,
-            max_depth: 0,
-            target_error: 0.0,
-            roulette_from: 3,
-            filter: PixelFilter::default(),
-        }
-    }
-}
-
-impl PathSettings {
-    /// # Errors
-    /// [`Error::Setting`] for values out of range.
-    pub fn check(&self) -> Result<()> {
-        if self.spp == 0 {
-            return Err(Error::setting("path.spp", "must be at least 1"));
-        }
-        if self.target_error.is_nan() || self.target_error < 0.0 {
-            return Err(Error::setting(
-                "path.target_error",
-                "must be a relMSE ≥ 0; 0 switches it off",
-            ));
-        }
-        Ok(())
-    }
+    /// Estimated relMSE of the picture's own noise.
+    pub noise_relmse: f64,
 }
 
 /// Pixels worked on as one task.
@@ -108,7 +91,7 @@ pub fn reference(
     earlier: Option<&crate::film::Film>,
     keep_state: bool,
 ) -> Result<Rendered> {
-    settings.check()?;
+    settings.validate()?;
     let (width, height) = (world.camera.width, world.camera.height);
     let count = width as usize * height as usize;
     let key = resume::fingerprint(world, settings, seed);
@@ -172,8 +155,6 @@ pub fn reference(
     film.header.insert(resume::KEY.into(), key);
     film.header.insert("nearfar.spp".into(), fewest.to_string());
     film.header.insert("nearfar.noise_relmse".into(), format!("{error:e}"));
-    let mut stats = serde_json::Map::new();
-    stats.insert("spp".into(), fewest.into());
-    stats.insert("noise_relmse".into(), error.into());
-    Ok(Rendered { film, stats, ..Rendered::default() })
+    let statistics = MethodStatistics::Path(PathStatistics { spp: fewest, noise_relmse: error });
+    Ok(Rendered { film, statistics, locations: Locations::default() })
 }

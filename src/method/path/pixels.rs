@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use crate::film::Film;
+use crate::film::{Film, Layer, layer};
 use crate::radiometry::Rgb;
 
 /// What one path brings back.
@@ -153,6 +153,21 @@ pub(super) fn noise(pixels: &[Pixel]) -> f64 {
         0.0
     }
 }
+
+/// Layers of [`film`].
+pub const LAYERS: [Layer; 11] = [
+    Layer::rgb("half0", "mean of the even samples, W/(sr m²)"),
+    Layer::rgb("half1", "mean of the odd samples, independent of half0, W/(sr m²)"),
+    Layer::rgb("variance", "variance of the beauty's mean, an upper bound"),
+    layer::EMISSION,
+    layer::DIRECT,
+    layer::INDIRECT,
+    layer::ALBEDO,
+    layer::NORMAL,
+    layer::POSITION,
+    layer::DEPTH,
+    layer::SAMPLES,
+];
 
 /// The film of the sums; means, the variance of the mean, the number of samples.
 pub(super) fn film(pixels: &[Pixel], width: u32, height: u32) -> Film {

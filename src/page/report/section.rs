@@ -6,9 +6,7 @@ use serde_json::Value;
 use super::encode;
 use super::folder::{Picture, find_reference};
 use super::manifest::{SectionPlan, Sweep, Toggle};
-use crate::compare::{
-    Comparison, Reference, compare_with_flip, errors, exposure_of, read_reference,
-};
+use crate::compare::{Comparison, Truth, compare_with_flip, exposure_of};
 use crate::error::Result;
 use crate::radiometry::Rgb;
 use crate::run::{Phase, Run};
@@ -77,9 +75,9 @@ const FACTS: [&str; 8] = [
     "threads",
 ];
 
-fn shown(picture: &Picture, pixels: &[Rgb], reference: Option<&Reference>) -> Result<Shown> {
+fn shown(picture: &Picture, pixels: &[Rgb], truth: Option<&Truth>) -> Result<Shown> {
     let film = &picture.film;
-    let judged = reference.map(|r| compare_with_flip(film, &picture.path, r)).transpose()?;
+    let judged = truth.map(|r| compare_with_flip(film, &picture.path, r)).transpose()?;
     let (error, flip) = judged.unzip();
     Ok(Shown {
         name: picture.name.clone(),
@@ -100,19 +98,6 @@ fn shown(picture: &Picture, pixels: &[Rgb], reference: Option<&Reference>) -> Re
             .map(|k| (*k, picture.statistics[*k].clone()))
             .collect(),
     })
-}
-
-/// relMSE of the mean of two halves by their difference, per pixel at the denominators of the mean.
-fn own_noise(reference: &Reference) -> Option<f64> {
-    let halves = reference.halves.as_ref()?;
-    let half_difference: Vec<Rgb> = halves
-        .0
-        .iter()
-        .zip(&halves.1)
-        .zip(&reference.mean)
-        .map(|((a, b), m)| *m + (*a - *b) * 0.5)
-        .collect();
-    Some(errors(&half_difference, &reference.mean, None).relmse_trimmed)
 }
 
 fn ratio(
@@ -155,13 +140,13 @@ pub(super) fn section(
     phase: &Phase<'_>,
 ) -> Result<Section> {
     let found = find_reference(pictures, plan.reference.as_deref());
-    let reference = found.map(|i| read_reference(&pictures[i].path)).transpose()?;
+    let truth = found.map(|i| Truth::read(&pictures[i].path)).transpose()?;
     let (width, height) = (pictures[0].film.width, pictures[0].film.height);
     let mut made = Vec::new();
     for (i, picture) in pictures.iter().enumerate() {
         run.check()?;
         let pixels = picture.film.rgb("").unwrap_or_default();
-        made.push(shown(picture, &pixels, reference.as_ref().filter(|_| found != Some(i)))?);
+        made.push(shown(picture, &pixels, truth.as_ref().filter(|_| found != Some(i)))?);
         if plan.layers.contains(&picture.name) {
             for layer in ["far", "near"] {
                 match picture.film.rgb(layer) {
@@ -191,12 +176,12 @@ pub(super) fn section(
         .unwrap_or(first);
     let last = pictures.len() - 1;
     let exposure = plan.exposure.unwrap_or_else(|| {
-        reference.as_ref().map_or_else(
+        truth.as_ref().map_or_else(
             || exposure_of(&pictures[0].film.rgb("").unwrap_or_default()),
-            |r| exposure_of(&r.mean),
+            |r| exposure_of(r.quiet()),
         )
     });
-    let noise = reference.as_ref().and_then(own_noise);
+    let noise = truth.as_ref().and_then(Truth::noise);
     Ok(Section {
         title: plan.title.clone().unwrap_or_else(|| {
             if plan.folder == "." { "Pictures".into() } else { plan.folder.clone() }

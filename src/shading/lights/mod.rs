@@ -31,6 +31,7 @@ use crate::math::{Aabb, Ray};
 use crate::radiometry::Rgb;
 use crate::sampling::Discrete;
 use crate::scene::{Light, Material, Scene};
+use crate::settings::section;
 use crate::tessellate::Geometry;
 
 pub use direct::{direct_irradiance, light_visible};
@@ -67,17 +68,12 @@ pub struct PhotonEmission {
     pub from_sky: bool,
 }
 
-/// How direct light is sampled.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct DirectSettings {
-    /// Shadow rays per camera sample; default 4. A single light without extent takes one.
-    pub light_samples: u32,
-}
-
-impl Default for DirectSettings {
-    fn default() -> Self {
-        Self { light_samples: 4 }
+section! {
+    /// How direct light is sampled.
+    pub struct DirectSettings in "direct" {
+        /// Points on lights, each with a shadow ray, per camera sample. A single light without
+        /// extent takes one.
+        light_samples: u32 = 4, in from(1.0).to(4096.0), unit "shadow rays";
     }
 }
 

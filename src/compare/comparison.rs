@@ -1,0 +1,184 @@
+//! A film against a truth: all figures, what is to be said about them, and pictures of the
+//! difference.
+
+use std::path::Path;
+
+use super::errors::{Errors, errors};
+use super::flip;
+use super::reference::{beauty, same_size};
+use super::truth::{Cleaned, Truth};
+use crate::error::Result;
+use crate::film::Film;
+use crate::radiometry::{Rgb, luminance};
+
+/// A truth whose own relMSE is above this many times the error is too noisy to judge by: its
+/// halves cancel its noise on average, but the cleaned denominators are no longer known well.
+const TOO_NOISY: f64 = 10.0;
+
+/// All figures of a comparison.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct Comparison {
+    /// relMSE and the like.
+    #[serde(flatten)]
+    pub errors: Errors,
+    /// Mean LDR-FLIP at `exposure`, against the cleaned reference.
+    pub flip: f64,
+    /// Standard error of `flip`.
+    pub flip_standard_error: f64,
+    /// Stops that put the reference's log-average luminance at 0.18.
+    pub exposure: f32,
+    /// True when relMSE, MSE and bias are free of the reference's noise on average.
+    pub halves: bool,
+    /// What cleaned the reference.
+    pub cleaned: Cleaned,
+    /// relMSE of the reference's own noise without the 0.1 % worst pixels; none without halves.
+    pub truth_noise: Option<f64>,
+}
+
+impl Comparison {
+    /// What a reader has to know before believing the figures.
+    pub fn warnings(&self) -> Vec<String> {
+        let (error, spread) =
+            (self.errors.relmse_trimmed, self.errors.relmse_trimmed_standard_error);
+        let mut found = Vec::new();
+        if let Some(noise) = self.truth_noise.filter(|n| *n > TOO_NOISY * error.abs()) {
+            found.push(format!(
+                "the reference is too noisy to judge this picture by: its own relMSE is {noise:.2e}, \
+                 above {TOO_NOISY} times the error of {error:.2e}; take more samples for it"
+            ));
+        }
+        if error < -2.0 * spread {
+            found.push(format!(
+                "relMSE is negative ({error:.2e} ± {spread:.0e}): the picture shares samples with \
+                 the reference; give one of them another seed"
+            ));
+        } else if error.abs() < spread {
+            found.push(format!(
+                "the error of {error:.2e} is below its standard error of {spread:.0e}: it cannot be \
+                 told from none"
+            ));
+        }
+        found
+    }
+}
+
+/// Stops of exposure that put the log-average luminance at 0.18; 0 for a black image.
+pub fn exposure_of(pixels: &[Rgb]) -> f32 {
+    let logs: Vec<f64> = pixels
+        .iter()
+        .map(|&c| luminance(c))
+        .filter(|l| l.is_finite() && *l > 0.0)
+        .map(|l| f64::from(l).ln())
+        .collect();
+    if logs.is_empty() {
+        0.0
+    } else {
+        (0.18f64.ln() - logs.iter().sum::<f64>() / logs.len() as f64).exp().log2() as f32
+    }
+}
+
+/// All figures of `image` (a film read from `path`) against `truth`.
+///
+/// # Errors
+/// [`Error::Image`] when the film has no beauty or another size.
+pub fn compare(image: &Film, path: &Path, truth: &Truth) -> Result<Comparison> {
+    Ok(compare_with_flip(image, path, truth)?.0)
+}
+
+/// As [`compare`], with FLIP per pixel.
+///
+/// # Errors
+/// As [`compare`].
+pub fn compare_with_flip(
+    image: &Film,
+    path: &Path,
+    truth: &Truth,
+) -> Result<(Comparison, Vec<f32>)> {
+    let reference = truth.reference();
+    same_size(image, reference.width, reference.height, path)?;
+    let pixels = beauty(image, path)?;
+    let exposure = exposure_of(truth.quiet());
+    let shown = |p: &[Rgb]| {
+        p.iter()
+            .map(|&c| if c.is_finite() { c * exposure.exp2() } else { Rgb::ZERO })
+            .collect::<Vec<_>>()
+    };
+    let map = flip(
+        &shown(&pixels),
+        &shown(truth.quiet()),
+        reference.width as usize,
+        reference.height as usize,
+    );
+    let flip = truth.blocks.mean(map.iter().map(|&v| f64::from(v)).enumerate());
+    let found = Comparison {
+        errors: errors(&pixels, truth),
+        flip: flip.value,
+        flip_standard_error: flip.standard_error,
+        exposure,
+        halves: reference.halves.is_some(),
+        cleaned: truth.cleaned(),
+        truth_noise: truth.noise(),
+    };
+    Ok((found, map))
+}
+
+/// |image − reference| · `amplify`, linear; NaN where either is.
+pub fn difference(image: &[Rgb], reference: &[Rgb], amplify: f32) -> Vec<Rgb> {
+    image.iter().zip(reference).map(|(a, b)| (*a - *b).abs() * amplify).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::{Halves, Reference, read_reference};
+
+    #[test]
+    fn exposure_puts_the_log_average_at_middle_grey() {
+        assert!((exposure_of(&[Rgb::splat(0.09); 4]) - 1.0).abs() < 1e-5);
+        assert!((exposure_of(&[Rgb::splat(0.045), Rgb::splat(0.18)]) - 1.0).abs() < 1e-5);
+        assert_eq!(exposure_of(&[Rgb::ZERO]), 0.0);
+    }
+
+    #[test]
+    fn doubts_are_told() {
+        let grey = |v: f32| vec![Rgb::splat(v); 64];
+        let of = |a: f32, b: f32, x: f32| {
+            let mut film = Film::new(8, 8);
+            film.set_rgb("", &grey(x));
+            let exact = Truth::exact(8, 8, &grey(0.5 * (a + b)));
+            let reference =
+                Reference { halves: Some(Halves(grey(a), grey(b))), ..exact.reference().clone() };
+            let truth = Truth::new(reference, None).unwrap();
+            compare(&film, Path::new("x.exr"), &truth).unwrap().warnings()
+        };
+        assert!(of(1.01, 0.99, 1.1).is_empty());
+        assert!(of(1.1, 0.9, 1.101)[0].contains("too noisy"), "{:?}", of(1.1, 0.9, 1.101));
+        assert!(of(1.0, 1.0, 1.0)[..].is_empty());
+    }
+
+    #[test]
+    fn halves_are_found_in_siblings_and_sizes_are_checked() {
+        let folder = std::env::temp_dir().join(format!("nearfar-compare-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let write = |name: &str, width: u32, v: f32| {
+            let mut film = Film::new(width, 2);
+            film.set_rgb("", &vec![Rgb::splat(v); width as usize * 2]);
+            crate::film::write_exr(&film, &folder.join(name), crate::film::Precision::Full)
+                .unwrap();
+            film
+        };
+        let film = write("a.exr", 2, 1.0);
+        assert!(read_reference(&folder.join("a.exr")).unwrap().halves.is_none());
+        write("a.half0.exr", 2, 0.5);
+        write("a.half1.exr", 2, 1.5);
+        let reference = read_reference(&folder.join("a.exr")).unwrap();
+        let truth = Truth::new(reference, None).unwrap();
+        let c = compare(&film, Path::new("a.exr"), &truth).unwrap();
+        assert!(c.halves && (c.errors.relmse + 0.25 / 1.01).abs() < 1e-6 && c.flip < 1e-6);
+        assert!(c.warnings()[0].contains("shares samples"), "{:?}", c.warnings());
+        let wide = write("w.exr", 3, 1.0);
+        let error = compare(&wide, Path::new("w.exr"), &truth).unwrap_err().to_string();
+        assert!(error.contains("has 3×2 pixels, the reference 2×2"), "{error}");
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}

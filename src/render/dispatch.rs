@@ -1,0 +1,70 @@
+//! Which function a [`Method`] is.
+
+use super::kept::Kept;
+use super::renderer::Renderer;
+use crate::config::RenderConfig;
+use crate::error::Result;
+use crate::method::{
+    Method, Rendered, cache, decompose, direct, gather, local_correction, path, photon_map,
+    point_based,
+};
+use crate::scene::Fingerprint;
+
+/// The method's own picture, before anything that all methods share is done to it.
+pub(super) fn picture(
+    renderer: &Renderer<'_>,
+    config: &RenderConfig,
+    method: Method,
+    kept: &Kept,
+) -> Result<Rendered> {
+    kept.check(method)?;
+    let (world, run) = (renderer.world(), renderer.run());
+    let (seed, inputs) = (config.seed, config.inputs(world.diagonal));
+    match method {
+        Method::Decomposition | Method::Course => decomposed(renderer, config, kept),
+        Method::IrradianceCache => cached(renderer, config, kept),
+        Method::Gather => gather::render(world, &config.gather, inputs, run),
+        Method::Path => path::render(world, &config.path, seed, run),
+        Method::PointBased => point_based::render(world, &config.point_based, inputs, run),
+        Method::LocalCorrection => {
+            local_correction::render(world, &config.local, &config.record, seed, run)
+        }
+        Method::Direct => direct::render(world, &config.record, &config.direct, seed, run),
+        Method::PhotonMap => {
+            photon_map::render(world, inputs.near_cell, &config.proxy, &config.record, seed, run)
+        }
+    }
+}
+
+fn decomposed(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result<Rendered> {
+    use decompose::store;
+    let (world, run) = (renderer.world(), renderer.run());
+    let (settings, inputs) = (&config.decompose, config.inputs(world.diagonal));
+    // The key reads the whole scene: made only where there is a file to compare it with.
+    let key = || store::key(Fingerprint::new(renderer.scene()), &inputs, settings, world.diagonal);
+    let prepared = match &kept.load {
+        Some(path) => {
+            let known = store::load(path, &key(), &inputs, settings)?;
+            decompose::resume(world, settings, inputs, known, run)?
+        }
+        None => decompose::prepare(world, settings, inputs, run)?,
+    };
+    if let Some(path) = &kept.save {
+        let _phase = run.phase("save", 1);
+        store::save(path, &key(), &store::Known::new(&prepared), settings)?;
+    }
+    decompose::picture(world, settings, &prepared, inputs.seed, run)
+}
+
+fn cached(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result<Rendered> {
+    use cache::store;
+    let (world, run) = (renderer.world(), renderer.run());
+    let (settings, inputs) = (&config.cache, config.inputs(world.diagonal));
+    let key = || store::key(Fingerprint::new(renderer.scene()), &inputs, settings);
+    let earlier = kept.load.as_deref().map(|path| store::load(path, &key())).transpose()?;
+    let (rendered, cache) = cache::render(world, settings, inputs, earlier, run)?;
+    if let Some(path) = &kept.save {
+        store::save(path, &key(), &cache.records)?;
+    }
+    Ok(rendered)
+}

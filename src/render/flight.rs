@@ -1,0 +1,170 @@
+//! The frames of a camera path, with proxy and clusters kept between them.
+//!
+//! Nothing moves but the camera, so what one frame computed serves the next. [`Reuse`] says how
+//! much is shared; with [`Reuse::Plan`] everything that any frame needs is made before the first
+//! one, so that nothing appears in the middle of a film.
+//!
+//! Input   scene, settings, one view a frame. Output  one [`Frame`] a call, in any order.
+//! Guarantees  the same bits for any number of threads, for the same order of frames.
+//! Cost    `Plan`: one ray a pixel and frame beforehand.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::kept::Kept;
+use super::{Renderer, header};
+use crate::config::RenderConfig;
+use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::method::decompose::near::boxes::NearBoxes;
+use crate::method::decompose::{self, NearNoise, Prepared, store};
+use crate::method::{Method, MethodStatistics};
+use crate::run::Run;
+use crate::scene::{Camera, Fingerprint, Scene};
+
+/// What frames share.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[serde(rename_all = "kebab-case")]
+pub enum Reuse {
+    /// Everything is made for all frames beforehand: nothing appears in the middle of the film.
+    #[default]
+    Plan,
+    /// Every frame adds what it sees first: no look ahead, small pops where something comes into
+    /// view.
+    Extend,
+    /// Nothing: every frame is made as a single picture would be.
+    None,
+}
+
+/// One picture of a film.
+#[derive(Debug)]
+pub struct Frame {
+    /// All layers, and a header that says how they were made.
+    pub film: Film,
+    /// The method's figures.
+    pub statistics: MethodStatistics,
+    /// Clusters that this frame added.
+    pub clusters_added: usize,
+    /// Sides of the proxy that this frame added.
+    pub sides_added: usize,
+    /// Clusters after it.
+    pub clusters: usize,
+}
+
+/// A film in the making.
+#[derive(Debug)]
+pub struct Flight<'a> {
+    renderer: Renderer<'a>,
+    views: Vec<Camera>,
+    reuse: Reuse,
+    known: Option<Prepared>,
+    near: NearBoxes,
+}
+
+impl<'a> Flight<'a> {
+    /// Makes what the frames share, from `kept.load` on where it is given.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`]; [`Error::Usage`] for views without a direction, and for kept files
+    /// where frames share nothing.
+    pub fn new(
+        scene: &'a Scene,
+        config: &'a RenderConfig,
+        views: Vec<Camera>,
+        reuse: Reuse,
+        kept: &Kept,
+        run: &'a Run,
+    ) -> Result<Self> {
+        let blind = |c: &Camera| {
+            let forward = (c.target - c.eye).normalize_or_zero();
+            forward.cross(c.up.normalize_or_zero()).length() < 1e-6
+        };
+        if let Some(i) = views.iter().position(blind) {
+            return Err(Error::Usage(format!(
+                "frame {} looks at its own eye or along its up vector; move a key view or give \
+                 another up",
+                i + 1
+            )));
+        }
+        if reuse == Reuse::None && (kept.load.is_some() || kept.save.is_some()) {
+            return Err(Error::Usage(
+                "frames that share nothing start from no file and leave none".into(),
+            ));
+        }
+        let renderer = Renderer::new(scene, config, run)?;
+        let world = renderer.world();
+        let (settings, inputs) = (&config.decompose, config.inputs(world.diagonal));
+        let load = |path: &std::path::PathBuf| {
+            let key = store::key(Fingerprint::new(scene), &inputs, settings, world.diagonal);
+            store::load(path, &key, &inputs, settings)
+        };
+        let loaded = kept.load.as_ref().map(load).transpose()?;
+        let known = match (reuse, loaded) {
+            (Reuse::Plan, loaded) => {
+                Some(decompose::plan(world, settings, inputs, &views, loaded, run)?)
+            }
+            (_, Some(loaded)) => Some(Prepared::known(world, settings, inputs, loaded, run)?),
+            (_, None) => None,
+        };
+        Ok(Self { renderer, views, reuse, known, near: NearBoxes::default() })
+    }
+
+    /// Number of frames.
+    pub fn len(&self) -> usize {
+        self.views.len()
+    }
+    /// True without frames.
+    pub fn is_empty(&self) -> bool {
+        self.views.is_empty()
+    }
+
+    /// The picture of one view, 0-based.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    ///
+    /// # Panics
+    /// When there is no such view.
+    pub fn frame(&mut self, i: usize) -> Result<Frame> {
+        self.renderer.world_mut().camera = self.views[i].clone();
+        let (world, run) = (self.renderer.world(), self.renderer.run());
+        let config = self.renderer.config();
+        let (settings, inputs) = (&config.decompose, config.inputs(world.diagonal));
+        let now = match self.known.take() {
+            Some(mut known) if self.reuse != Reuse::None => {
+                known.look(world, settings, inputs, self.reuse == Reuse::Extend, run)?;
+                known
+            }
+            _ => decompose::prepare(world, settings, inputs, run)?,
+        };
+        let keeps = self.reuse != Reuse::None && settings.near_noise() == NearNoise::World;
+        let near = keeps.then_some(&mut self.near);
+        let found = decompose::picture_with(world, settings, &now, near, inputs.seed, run)?;
+        let mut film = found.film;
+        header::describe(&mut film, Method::Decomposition.name(), config, run)?;
+        let frame = Frame {
+            film,
+            statistics: found.statistics,
+            clusters_added: now.sampled.clusters.len() - now.earlier,
+            sides_added: now.sides_added,
+            clusters: now.sampled.clusters.len(),
+        };
+        self.known = Some(now);
+        Ok(frame)
+    }
+
+    /// Writes proxy and clusters of all frames so far.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn save(&self, path: &Path) -> Result<()> {
+        let Some(prepared) = &self.known else { return Ok(()) };
+        let (world, config) = (self.renderer.world(), self.renderer.config());
+        let inputs = config.inputs(world.diagonal);
+        let scene = Fingerprint::new(self.renderer.scene());
+        let key = store::key(scene, &inputs, &config.decompose, world.diagonal);
+        store::save(path, &key, &store::Known::new(prepared), &config.decompose)
+    }
+}

@@ -1,0 +1,28 @@
+//! What the header of an image file says of its making.
+//!
+//! Text attributes `nearfar.version`, `.method`, `.seed`, `.settings` (every setting as TOML),
+//! `.seconds` (wall clock since the run began) and `.complete` (false when the user stopped it).
+//! Methods add what only they know before; the command line adds the scene's path.
+
+use crate::config::RenderConfig;
+use crate::error::Result;
+use crate::film::Film;
+use crate::run::Run;
+
+/// Fills in the header.
+///
+/// # Errors
+/// [`crate::error::Error::Render`] when settings cannot be written as text.
+pub fn describe(film: &mut Film, method: &str, config: &RenderConfig, run: &Run) -> Result<()> {
+    for (key, value) in [
+        ("nearfar.version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("nearfar.method", method.to_owned()),
+        ("nearfar.seed", config.seed.to_string()),
+        ("nearfar.settings", config.to_table()?.to_string()),
+        ("nearfar.seconds", format!("{:.2}", run.started.elapsed().as_secs_f64())),
+        ("nearfar.complete", (!run.cancelled()).to_string()),
+    ] {
+        film.header.insert(key.into(), value);
+    }
+    Ok(())
+}

@@ -1,0 +1,138 @@
+//! Settings as a user meets them: on the command line, in a scene file, and on their page.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use nearfar::film::read_exr;
+
+const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.toml");
+
+/// Exit code, standard output, standard error.
+fn nearfar(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_nearfar")).args(arguments).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+}
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder =
+            std::env::temp_dir().join(format!("nearfar-settings-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        Self(folder)
+    }
+    fn at(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn the_page_is_up_to_date() {
+    let page = std::fs::read_to_string(
+        PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("docs/guide/settings.md"),
+    )
+    .unwrap_or_default();
+    let (code, made, err) = nearfar(&["settings", "--markdown"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(made.lines().all(|l| l.chars().count() <= 100), "lines are too long");
+    assert!(page == made, "run: nearfar settings --markdown > docs/guide/settings.md");
+}
+
+#[test]
+fn settings_are_looked_up() {
+    let (code, out, _) = nearfar(&["settings"]);
+    assert!(code == 0 && out.lines().count() > 140, "{out}");
+    let (code, out, _) = nearfar(&["settings", "path.target"]);
+    assert_eq!(code, 0);
+    let lines: Vec<&str> = out.lines().collect();
+    assert!(
+        lines[0].starts_with("key") && lines[1].starts_with("path.target_error  number  0 "),
+        "{out}"
+    );
+    assert!(lines[2].contains("Stop once the estimated relMSE"), "{out}");
+    let (code, out, _) = nearfar(&["settings", "proxy.estimate", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert!(
+        code == 0
+            && json[0]["key"] == "proxy.estimate"
+            && json[0]["default"] == "gather"
+            && json[0]["choices"][1]["name"] == "gather",
+        "{out}"
+    );
+    let (code, _, err) = nearfar(&["settings", "recrod"]);
+    assert!(code == 2 && err.contains("did you mean \"record\"?"), "{err}");
+}
+
+#[test]
+fn every_command_checks_its_settings() {
+    let folder = Folder::new("check");
+    let out = folder.at("o.exr");
+    for arguments in [
+        &["info", SCENE][..],
+        &["export", SCENE, "-o", &folder.at("scene")],
+        &["render", SCENE, "-o", &out],
+        &["reference", SCENE, "-o", &out],
+        &["fly", SCENE, "-o", &folder.at("film"), "--to-eye", "1,2,3"],
+        &["bench", SCENE, "--backends"],
+    ] {
+        let with = |set: &str| nearfar(&[arguments, &["--set", set]].concat());
+        let (code, _, err) = with("nonsense=1");
+        assert!(code == 2 && err.contains("setting \"nonsense\": unknown key"), "{err}");
+        let (code, _, err) = with("direct.light_samples=0");
+        assert!(code == 2 && err.contains("setting \"direct.light_samples\": 0 is not"), "{err}");
+    }
+    assert!(std::fs::read_dir(&folder.0).unwrap().next().is_none());
+}
+
+/// Noise that stays on surfaces is a film's default; a scene file or the command line may want
+/// another.
+#[test]
+fn a_film_keeps_the_near_noise_that_is_set() {
+    let folder = Folder::new("fly");
+    let scene = folder.at("scene.toml");
+    let text = std::fs::read_to_string(SCENE).unwrap();
+    let here = PathBuf::from(SCENE).parent().unwrap().display().to_string();
+    let noise = |set_in_file: bool, extra: &[&str]| {
+        let settings = "\n[settings.decompose]\nnear_noise = \"point\"\n";
+        let text = text.replace("file = \"", &format!("file = \"{here}/"));
+        std::fs::write(&scene, if set_in_file { text + settings } else { text }).unwrap();
+        let film = folder.at("film");
+        let common = [
+            "fly",
+            &scene,
+            "-o",
+            &film,
+            "--to-eye",
+            "278,273,-700",
+            "--frames",
+            "1",
+            "--size",
+            "8x8",
+            "--spp",
+            "1",
+            "--set",
+            "proxy.photons=1000",
+            "--set",
+            "decompose.rays=16",
+            "-q",
+        ];
+        let (code, _, err) = nearfar(&[&common[..], extra].concat());
+        assert_eq!((code, err.as_str()), (0, ""));
+        let header = read_exr(&folder.0.join("film/frame_0001.exr")).unwrap().header;
+        let line = header["nearfar.settings"].lines().find(|l| l.starts_with("near_noise"));
+        line.map(str::to_owned)
+    };
+    assert_eq!(noise(false, &[]).as_deref(), Some("near_noise = \"world\""));
+    assert_eq!(noise(true, &[]).as_deref(), Some("near_noise = \"point\""));
+    let set = ["--set", "decompose.near_noise=pixel"];
+    assert_eq!(noise(true, &set).as_deref(), Some("near_noise = \"pixel\""));
+    assert_eq!(noise(false, &["--reuse", "none"]), None);
+}
