@@ -13,7 +13,9 @@
 //! | [`error`], [`run`], [`process`] (0) | errors with their fix; progress, cancel; CPU time |
 //! | [`settings`], [`length`] (1) | how a room declares what it can be told; a length in settings |
 //! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
+//! | [`atomic_file`] (1) | files that are written whole or not at all |
 //! | [`ffi`] (1) | the only folder with unsafe code: Embree, Open Image Denoise, vectors |
+//! | [`ply`] (2) | columns of numbers to and from PLY files |
 //! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures |
 //! | [`builtin`] (3) | scenes made by code: names and parameters → meshes and materials |
 //! | [`load`] (3) | OBJ/MTL, cages, curves, scene TOML, images → [`scene::Scene`] of triangles |
@@ -24,7 +26,7 @@
 //! | [`film`] (6) | layers → EXR, PNG |
 //! | [`denoise`] (6) | the finished picture denoised, by a library opened at run time |
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
-//! | [`points`] (6) | `Geometry` → `Cloud` of discs → occlusion and irradiance without rays |
+//! | [`cloud`] (6) | `Geometry` → `Cloud` of discs → occlusion and irradiance without rays |
 //! | [`method`] (7) | path (ground truth), decompose (the three passes), cache, …: siblings |
 //! | [`compare`] (7) | a picture and its reference → errors, by octave of size too; FLIP; flicker |
 //! | [`render`] (8) | scene, settings and method → the finished picture and its statistics |
@@ -63,10 +65,12 @@
 )]
 
 pub mod accel;
+pub mod atomic_file;
 pub mod bench;
 pub mod builtin;
 #[cfg(feature = "cli")]
 pub mod cli;
+pub mod cloud;
 pub mod compare;
 pub mod config;
 pub mod denoise;
@@ -80,7 +84,7 @@ pub mod load;
 pub mod math;
 pub mod method;
 pub mod page;
-pub mod points;
+pub mod ply;
 pub mod process;
 pub mod proxy;
 pub mod radiometry;

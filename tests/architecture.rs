@@ -10,6 +10,7 @@ const RANKS: &[(&str, u32)] = &[
     ("error", 0),
     ("run", 0),
     ("process", 0),
+    ("atomic_file", 1),
     ("settings", 1),
     ("length", 1),
     ("ffi", 1),
@@ -17,6 +18,7 @@ const RANKS: &[(&str, u32)] = &[
     ("sampling", 1),
     ("sh", 1),
     ("radiometry", 1),
+    ("ply", 2),
     ("scene", 2),
     ("builtin", 3),
     ("load", 3),
@@ -27,7 +29,7 @@ const RANKS: &[(&str, u32)] = &[
     ("film", 6),
     ("denoise", 6),
     ("record", 6),
-    ("points", 6),
+    ("cloud", 6),
     ("method", 7),
     ("config", 8),
     ("compare", 7),
@@ -40,7 +42,7 @@ const RANKS: &[(&str, u32)] = &[
 ];
 
 /// What the methods share: files of `src/method` that are no methods.
-const SHARED_BY_METHODS: &[&str] = &["key", "locations", "ply", "stage", "statistics"];
+const SHARED_BY_METHODS: &[&str] = &["key", "locations", "stage", "statistics"];
 
 const LONGEST_FILE: usize = 600;
 const LONGEST_LINE: usize = 100;

@@ -22,7 +22,7 @@ mod install;
 mod near_far;
 mod path;
 mod pixel_filter;
-mod points;
+mod point_based;
 mod proxy;
 mod proxy_gather;
 mod references;

@@ -9,6 +9,7 @@ use clap::Args;
 use super::methods::{self, MethodsOptions};
 use super::options::SceneOptions;
 use super::{budget, check_writable};
+use crate::atomic_file;
 use crate::bench::backends::{BackendBenchSettings, bench_backends};
 use crate::error::{Error, Result};
 use crate::shading::World;
@@ -81,8 +82,7 @@ fn show(
     match to {
         Some(path) if path == Path::new("-") => println!("{}", text()?),
         Some(path) => {
-            std::fs::write(path, text()? + "\n")
-                .map_err(|source| Error::Io { path: path.into(), source })?;
+            atomic_file::write_bytes(path, text()? + "\n")?;
             print!("{table}");
         }
         None => print!("{table}"),

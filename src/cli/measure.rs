@@ -22,6 +22,7 @@ use serde_json::Value;
 use toml::Table;
 
 use super::options::{Job, SceneOptions};
+use crate::atomic_file;
 use crate::config::{self, RenderConfig};
 use crate::error::{Error, Result};
 use crate::method::Method;
@@ -204,8 +205,8 @@ impl Workshop {
         let (to, figures) = (self.image(configuration), self.file(configuration, "json"));
         // The image first: figures without an image count as nothing known.
         std::fs::rename(&image, &to).map_err(io(&to))?;
-        std::fs::write(&stats, text + "\n").map_err(io(&stats))?;
-        std::fs::rename(&stats, &figures).map_err(io(&figures))?;
+        atomic_file::write_bytes(&figures, text + "\n")?;
+        std::fs::remove_file(&stats).map_err(io(&stats))?;
         Ok(known)
     }
 }

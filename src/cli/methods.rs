@@ -12,6 +12,7 @@ use toml::{Table, Value};
 use super::check_writable;
 use super::measure::{Configuration, Measured, Workshop};
 use super::options::{Job, SceneOptions};
+use crate::atomic_file;
 use crate::bench::chart::chart;
 use crate::bench::methods::{Against, ForeignPoint, MethodsReport, Row, verdict};
 use crate::compare::{Comparison, Reference, Truth, compare, read_reference};
@@ -396,8 +397,7 @@ pub(super) fn run(
         points,
     };
     if let Some(path) = &options.chart {
-        std::fs::write(path, chart(&report)?)
-            .map_err(|source| Error::Io { path: path.into(), source })?;
+        atomic_file::write_bytes(path, chart(&report)?)?;
     }
     Ok(report)
 }

@@ -11,6 +11,7 @@ mod quality;
 use toml::{Table, Value};
 
 use crate::accel::Backend;
+use crate::cloud::PointBasedSettings;
 use crate::denoise::Denoise;
 use crate::error::{Error, Result};
 use crate::method::cache::CacheSettings;
@@ -21,7 +22,6 @@ use crate::method::local_correction::LocalSettings;
 use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
 use crate::method::{Method, course};
-use crate::points::PointBasedSettings;
 use crate::proxy::ProxySettings;
 use crate::record::RecordSettings;
 use crate::settings::{self, Group, Section, nearest, section};

@@ -12,10 +12,11 @@ use serde::Serialize;
 
 use super::locations::Locations;
 use super::stage::Inputs;
-use super::{MethodStatistics, Rendered, ply};
+use super::{MethodStatistics, Rendered};
 use crate::error::Result;
 use crate::film::{Film, Layer, layer};
 use crate::math::Ray;
+use crate::ply::{self, Columns};
 use crate::proxy::{Landing, Need, Proxy, ProxyInputs, photons};
 use crate::radiometry::Rgb;
 use crate::run::{RayKind, Run};
@@ -130,51 +131,23 @@ pub fn render(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> 
 /// [`crate::error::Error::Io`] when the system refuses, [`crate::error::Error::Interrupted`], cells
 /// that do not fit memory.
 pub fn write_photons(world: &World, inputs: ProxyInputs<'_>, path: &Path, run: &Run) -> Result<()> {
-    #[derive(Serialize)]
-    struct Row {
-        x: f32,
-        y: f32,
-        z: f32,
-        incident_x: f32,
-        incident_y: f32,
-        incident_z: f32,
-        flux_r: f32,
-        flux_g: f32,
-        flux_b: f32,
-        cell: u32,
-        back: u8,
-        red: u8,
-        green: u8,
-        blue: u8,
-    }
     let photons = photons(world, inputs, run)?.photons;
     let scale = ply::colour_scale(photons.iter().map(|p| p.flux));
-    let rows = photons.iter().map(|p| {
-        let ([x, y, z], [incident_x, incident_y, incident_z]) =
-            (p.position.to_array(), p.incident.to_array());
-        let ([flux_r, flux_g, flux_b], [red, green, blue]) =
-            (p.flux.to_array(), ply::colour(p.flux, scale));
-        let back = u8::from(p.side() == Side::Back);
-        Row {
-            x,
-            y,
-            z,
-            incident_x,
-            incident_y,
-            incident_z,
-            flux_r,
-            flux_g,
-            flux_b,
-            cell: p.piece().number(),
-            back,
-            red,
-            green,
-            blue,
+    let columns = Columns::new("vertex")
+        .floats(["x", "y", "z", "incident_x", "incident_y", "incident_z"])
+        .floats(["flux_r", "flux_g", "flux_b"])
+        .integers(["cell"])
+        .bytes(["back", "red", "green", "blue"]);
+    let comments = ["nearfar photons", "flux in W, its share of all paths"].map(str::to_owned);
+    ply::write(path, &comments, &[(columns, photons.len())], |out| {
+        for p in &photons {
+            out.floats(p.position.to_array())?;
+            out.floats(p.incident.to_array())?;
+            out.floats(p.flux.to_array())?;
+            out.integer(p.piece().number())?;
+            out.bytes(&[u8::from(p.side() == Side::Back)])?;
+            out.bytes(&ply::colour(p.flux, scale))?;
         }
-    });
-    ply::write(
-        path,
-        vec!["nearfar photons".into(), "flux in W, its share of all paths".into()],
-        rows.collect(),
-    )
+        Ok(())
+    })
 }

@@ -6,7 +6,7 @@ use crate::config::RenderConfig;
 use crate::error::Result;
 use crate::method::{
     Method, Rendered, cache, decompose, direct, final_gather, local_correction, path, photon_map,
-    points,
+    point_based,
 };
 use crate::scene::Fingerprint;
 
@@ -25,7 +25,7 @@ pub(super) fn picture(
         Method::IrradianceCache => cached(renderer, config, kept),
         Method::Gather => final_gather::render(world, &config.gather, inputs, run),
         Method::Path => path::render(world, &config.path, seed, run),
-        Method::Points => points::render(world, &config.point_based, inputs, run),
+        Method::PointBased => point_based::render(world, &config.point_based, inputs, run),
         Method::LocalCorrection => {
             local_correction::render(world, &config.local, &config.record, seed, run)
         }

@@ -21,8 +21,8 @@ use super::far::SampledClusters;
 use super::{DecomposeSettings, Prepared};
 use crate::error::{Error, Result};
 use crate::method::key::Key;
-use crate::method::ply::{self, Columns, Rows};
 use crate::method::stage::Inputs;
+use crate::ply::{self, Columns, Rows};
 use crate::proxy::SavedProxy;
 use crate::radiometry::Rgb;
 use crate::scene::Fingerprint;
@@ -92,12 +92,8 @@ fn columns(bands: u32) -> [Columns; 2] {
     ]);
     vertex.extend((0..bands * bands).flat_map(|i| ["r", "g", "b"].map(|c| format!("sh_{i}_{c}"))));
     [
-        Columns { element: "vertex", floats: vertex, bytes: vec!["red", "green", "blue"] },
-        Columns {
-            element: SavedProxy::ELEMENT,
-            floats: SavedProxy::floats(),
-            bytes: SavedProxy::BYTES.to_vec(),
-        },
+        Columns::new("vertex").floats(vertex).bytes(["red", "green", "blue"]),
+        Columns::new(SavedProxy::ELEMENT).floats(SavedProxy::floats()).bytes(SavedProxy::BYTES),
     ]
 }
 
@@ -152,7 +148,7 @@ pub fn load(
         )
     };
     let mut known = Known::default();
-    for (i, (v, _)) in rows[0].iter(columns[0].floats.len(), 3).enumerate() {
+    for (i, (v, _)) in rows[0].iter(&columns[0]).enumerate() {
         let normal = Vec3::from_slice(&v[3..]);
         if !v.iter().all(|x| x.is_finite()) || (normal.length() - 1.0).abs() > 1e-3 || v[6] < 0.0 {
             return Err(damaged("cluster", i));
@@ -172,8 +168,7 @@ pub fn load(
     if clusters.scale.iter().all(|&s| s == 1.0) {
         clusters.scale.clear();
     }
-    let light = rows[1].iter(columns[1].floats.len(), columns[1].bytes.len());
-    known.proxy = SavedProxy::from_rows(light, inputs.photon)
+    known.proxy = SavedProxy::from_rows(rows[1].iter(&columns[1]), inputs.photon)
         .map_err(|row| damaged(SavedProxy::ELEMENT, row))?;
     Ok(known)
 }

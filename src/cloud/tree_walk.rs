@@ -1,25 +1,28 @@
 //! What a receiver sees of the elements, without a ray: the walk through the tree from near to far.
 //!
 //! ```text
-//! a group is used as one when π r² < maxsolidangle · d² and d > r;  four times smaller when it straddles the horizon
-//! solid angle  Ω = a(−w)/d²  (groups),  A |n·w| / (d² + ¾ r²)  (elements: exact on the axis of a disc to 1 % from d = 2 r on)
-//! nearer than 9 r an element is tested direction by direction as a soft disc
+//! a group counts as one when   π r² < maxsolidangle · d²  and  d > r
+//! solid angle of a group       Ω = a(−w) / d²
+//! of an element                Ω = A |n·w| / (d² + ¾ r²)
 //! ```
-//! Groups and elements wait in buckets of distance, a quarter of an octave of d² each, so that what
-//! is nearer fills the raster first and groups behind full directions are not opened. The receiver
-//! sees the side of an element that faces it.
 //!
-//! Input   [`Hierarchy`], [`PointBasedSettings`]; per receiver position, geometric and shading normal.
-//!         Output  [`Gathered`].
-//! Guarantees  no ray: nothing here knows of any; finite at any distance, zero included; elements
-//!             in or below the receiver's plane do not count; the same for any number of threads.
-//! Not         visibility finer than the raster; light and shade finer than the elements.
-//! Cost        about 20 ns a group looked at, O(1/maxsolidangle + log elements) groups.
+//! A group that straddles the receiver's horizon must be four times smaller to count as one. The
+//! solid angle of an element is exact on the axis of a disc to 1 % from two radii on; nearer than
+//! nine radii an element is tested direction by direction, as a soft disc. Groups and elements wait
+//! in buckets of distance, a quarter of an octave of d² each, so that what is nearer fills the
+//! raster first and groups behind full directions are not opened. The receiver sees the side of an
+//! element that faces it.
+//!
+//! Input is a [`Hierarchy`] with [`PointBasedSettings`], and per receiver a position and two normals;
+//! output is [`Gathered`]. Results are finite at any distance, zero included, and the same for any
+//! number of threads; elements in or below the receiver's plane do not count. Visibility is not
+//! finer than the raster, and light and shade are not finer than the elements. A gather takes about
+//! 20 ns for each group that is looked at, of which there are O(1 / maxsolidangle + log elements).
 
 use glam::Vec3;
 
 use super::hierarchy::{Appearance, Disc, Hierarchy, Node};
-use super::raster::{Face, Gathered, Raster, Shape, Splat};
+use super::raster::{Face, Gathered, LargeDisc, Raster, Shape, Splat};
 use super::settings::PointBasedSettings;
 use crate::math::Frame;
 use crate::radiometry::Rgb;
@@ -44,7 +47,7 @@ const WHOLE: u32 = 1 << 30;
 /// Mean normals longer than this are those of a plane.
 pub(super) const PLANAR: f32 = 0.98;
 /// Elements nearer than this many radii are tested direction by direction. Measured in a corner of
-/// a box: with 3, 3 % stay open, with 9, 1 %.
+/// a box.
 const NEAR: f32 = 9.0;
 /// Elements that rise above the receiver's plane by less than this share of their radius do not
 /// count.
@@ -337,15 +340,9 @@ impl<'a> Gather<'a> {
             let radiance = [0, 1].map(|side| there[side].then(|| disc.radiosity[side].get()));
             let settings = self.settings;
             let (local_d, local_n) = (frame.local_from_world(d), frame.local_from_world(n));
-            self.raster.disc(
-                &self.shape,
-                local_d,
-                local_n,
-                radius2.sqrt(),
-                radiance,
-                settings.maxdist,
-                |t| settings.weight(t),
-            );
+            let large =
+                LargeDisc { center: local_d, normal: local_n, radius: radius2.sqrt(), radiance };
+            self.raster.disc(&self.shape, &large, settings.maxdist, |t| settings.weight(t));
             return;
         }
         let distance = d2.sqrt();
@@ -372,7 +369,7 @@ impl<'a> Gather<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::points::{Cloud, Density, HitSides, dice};
+    use crate::cloud::{Cloud, Density, HitSides, dice};
     use crate::scene::{Material, Mesh, Scene, Sides};
     use crate::tessellate::Geometry;
 

@@ -1,28 +1,29 @@
 //! The plain sum over the elements, and Bunnell's correction of it.
 //!
 //! ```text
-//! occlusion = Σ_e a_e F_e,   E = Σ_e a_e F_e B_e          F: form factor from the receiver, overlap not looked at
-//! none       a = 1
-//! bunnell    a_e = mean over the element's sides of 1 − occlusion there, by the sum with the a of the pass before (first 1); the last two averaged
+//! occlusion = Σ_e a_e F_e        E = Σ_e a_e F_e B_e
 //! ```
-//! Every element counts by how much it is itself seen: what lies behind something is shadowed by
-//! it, so surfaces behind one another count about once `[Bunnell05]`. Corrected once, occlusion is
-//! too weak (an element that is half hidden from the sky may be in full view of the receiver), and
-//! passes alternate around their limit: as there, the last two are blended.
 //!
-//! Guarantees  the exact form factor of discs (as octagons, Lambert's formula) nearer than 4 radii:
-//!             Σ F = 1 inside closed surfaces.
-//! Not         occlusion, where things overlap and `overlap = "none"`; with `clamp` sums above 1
-//!             are cut and their light with them.
-//! Cost        as [`super::Gather`] without the raster; `bunnell` a sum per small group of
-//!             elements, side and pass beforehand.
+//! F_e is the form factor from the receiver to element e, whatever lies between them. For `overlap
+//! = "none"` all a_e are 1. For `"bunnell"` a_e is the mean over the element's sides of 1 −
+//! occlusion there, by the sum with the a of the pass before (which are 1 at first). Every element
+//! then counts by how much it is itself seen: what lies behind something is shadowed by it, so that
+//! surfaces behind one another count about once `[Bunnell05]`. Corrected once, occlusion is too
+//! weak, since an element that is half hidden from the sky may be in full view of the receiver, and
+//! passes alternate around their limit: as in the source, the last two are averaged.
+//!
+//! Nearer than four radii a disc has the exact form factor of an octagon of its area (Lambert's
+//! formula), so the sum is 1 inside closed surfaces. Where things overlap, the sum without
+//! correction is no occlusion; with `clamp`, sums above 1 are cut, and their light with them. A sum
+//! costs what a [`super::Gather`] does without its raster; `bunnell` costs a sum per small group of
+//! elements, side and pass beforehand.
 
 use glam::Vec3;
 
-use super::gather::{Seen, seen};
 use super::hierarchy::{Disc, Hierarchy};
 use super::raster::Gathered;
 use super::settings::PointBasedSettings;
+use super::tree_walk::{Seen, seen};
 use super::{Cloud, Receiver};
 use crate::math::Frame;
 use crate::radiometry::Rgb;
@@ -173,7 +174,7 @@ pub(super) fn mean_open(cloud: &Cloud, occlusion: &[Vec<f32>; 2]) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::points::{Density, HitSides, Overlap, dice};
+    use crate::cloud::{Density, HitSides, Overlap, dice};
     use crate::scene::{Material, Mesh, Scene, Sides};
     use crate::tessellate::Geometry;
 

@@ -1,19 +1,26 @@
-//! `nearfar gather`: pictures from a baked point cloud.
+//! `nearfar cloud gather`: a picture of what the camera's points see of a baked cloud.
+//!
+//! The command reads the cloud, builds its tree, lets the camera find shading points (the only rays
+//! that are shot) and gathers at each of them. The channels that were asked for become layers of
+//! the picture; the first is the picture itself. Occlusion can be traced by rays as well, which
+//! tells how far the gathered one is off.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
+
 use serde::Serialize;
 
-use super::options::{Job, SceneOptions};
-use super::picture::OutputOptions;
+use super::against_rays::{EqualRays, TRACED, TracedFigures, against_rays};
 use crate::accel::Backend;
+use crate::cli::options::SceneOptions;
+use crate::cli::picture::OutputOptions;
+use crate::cloud::{Hierarchy, read_cloud};
 use crate::error::{Error, Result};
-use crate::film::{Film, Layer};
-use crate::method::points::{PointLayers, gather_picture, traced_occlusion};
-use crate::points::{Hierarchy, read_cloud};
+use crate::film::Film;
+use crate::method::point_based::{PointLayers, gather_picture};
 use crate::radiometry::Rgb;
 use crate::render::{RunStatistics, describe};
 use crate::shading::{Sky, World};
@@ -53,33 +60,14 @@ struct GatherFigures {
     of_run: RunStatistics,
 }
 
-/// How far gathered occlusion is from traced.
-#[derive(Debug, Serialize)]
-struct TracedFigures {
-    rays: u32,
-    mean_absolute_error: f64,
-    rms: f64,
-    bias: f64,
-}
-
-/// What as good an occlusion costs by rays.
-#[derive(Debug, Serialize)]
-struct EqualRays {
-    rays: f64,
-    seconds: f64,
-}
-
-/// The layer of traced occlusion.
-pub(super) const TRACED: Layer = Layer::alone("traced", "occlusion by rays, 0 to 1");
-
-/// Options of `nearfar gather`.
+/// Options of `nearfar cloud gather`.
 #[derive(Debug, Args)]
-pub(super) struct GatherArgs {
+pub(in crate::cli) struct GatherArgs {
     #[command(flatten)]
     scene: SceneOptions,
     #[command(flatten)]
     output: OutputOptions,
-    /// Point cloud of `nearfar bake`.
+    /// Point cloud of `nearfar cloud bake`.
     #[arg(long, value_name = "CLOUD.ply")]
     cloud: PathBuf,
     /// What to gather; the first is the picture, all are layers.
@@ -144,79 +132,15 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         of_run: RunStatistics::new(&job.run),
     };
     if let Some(rays) = args.traced {
-        let traced = traced_occlusion(
-            &world,
-            &layers.samples.points,
-            settings,
-            rays,
-            job.config.seed,
-            &job.run,
-        )?;
-        let difference = |f: &dyn Fn(f64) -> f64| {
-            let sum: f64 = layers
-                .gathered
-                .iter()
-                .zip(&traced)
-                .map(|(g, &t)| f(f64::from(g.occlusion) - f64::from(t)))
-                .sum();
-            sum / traced.len().max(1) as f64
-        };
-        let (mae, rmse, bias) =
-            (difference(&f64::abs), difference(&|d| d * d).sqrt(), difference(&|d| d));
-        println!(
-            "occlusion against {rays} rays: mean absolute error {mae:.4}, root mean square \
-             {rmse:.4}, bias {bias:+.4}"
-        );
-        figures.traced = Some(TracedFigures { rays, mean_absolute_error: mae, rms: rmse, bias });
-        figures.rays_of_equal_error = equal_rays(&world, &layers, &traced, mae, &job)?
-            .map(|(rays, seconds)| EqualRays { rays, seconds });
-        let values: Vec<Rgb> = traced.into_iter().map(Rgb::splat).collect();
-        film.set(TRACED.name, layers.samples.mean(&values).iter().map(|c| c.x).collect());
+        let compared = against_rays(&world, &layers, &job, rays)?;
+        figures.traced = Some(compared.figures);
+        figures.rays_of_equal_error = compared.equal;
+        film.set(TRACED.name, compared.layer);
     }
     describe(&mut film, figures.method, &job.config, &job.run)?;
     args.output.image.write(&mut film, &args.output.output, &job)?;
     figures.of_run = RunStatistics::new(&job.run);
     args.output.finish(&figures, &job)
-}
-
-/// Rays a point whose mean absolute error is `mae`, and the seconds that they take at all points;
-/// none when `truth` is no better than that. Prints both. Between powers of two the error is taken
-/// as a power of the number.
-fn equal_rays(
-    world: &World,
-    layers: &PointLayers,
-    truth: &[f32],
-    mae: f64,
-    job: &Job,
-) -> Result<Option<(f64, f64)>> {
-    let mut before: Option<(f64, f64, f64)> = None;
-    for rays in (2..10).map(|i| 1u32 << i) {
-        let start = std::time::Instant::now();
-        let few = traced_occlusion(
-            world,
-            &layers.samples.points,
-            &job.config.point_based,
-            rays,
-            job.config.seed + 1,
-            &job.run,
-        )?;
-        let seconds = start.elapsed().as_secs_f64();
-        let error = few.iter().zip(truth).map(|(&a, &b)| f64::from((a - b).abs())).sum::<f64>()
-            / few.len().max(1) as f64;
-        if error <= mae {
-            let (from, to) = (
-                before.unwrap_or((f64::from(rays), error, seconds)),
-                (f64::from(rays), error, seconds),
-            );
-            let t = if from.1 > to.1 { (from.1 / mae).ln() / (from.1 / to.1).ln() } else { 1.0 };
-            let (equal, time) =
-                (from.0 * (to.0 / from.0).powf(t), from.2 * (to.2 / from.2).powf(t));
-            println!("as good as {equal:.1} rays a point, which take {time:.2} s");
-            return Ok(Some((equal, time)));
-        }
-        before = Some((f64::from(rays), error, seconds));
-    }
-    Ok(None)
 }
 
 fn film(layers: &PointLayers, channels: &[Channel], sky: &Sky) -> Film {

@@ -1,21 +1,20 @@
-//! Binary little-endian PLY: positions, normals and texture coordinates in single precision, faces
-//! of three indices.
+//! Meshes as PLY files: positions, normals and texture coordinates in single precision, faces of
+//! three indices.
 
 use std::collections::HashMap;
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use glam::Vec3;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::ply::{self, Columns};
 use crate::scene::Mesh;
 
 /// Writes those triangles of `mesh`, with their vertices only, and with its normals if `normals` is
 /// set and it has some. Texture coordinates have v downwards, as Mitsuba reads them from PLY.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be written.
+/// [`crate::error::Error::Io`] when the file cannot be written.
 pub fn write(path: &Path, mesh: &Mesh, triangles: &[[u32; 3]], normals: bool) -> Result<()> {
     let mut ids = HashMap::new();
     let mut order = Vec::new();
@@ -45,48 +44,25 @@ pub fn write(path: &Path, mesh: &Mesh, triangles: &[[u32; 3]], normals: bool) ->
     let mut properties = vec!["x", "y", "z"];
     properties.extend(normals.then_some(["nx", "ny", "nz"]).into_iter().flatten());
     properties.extend(uvs.then_some(["u", "v"]).into_iter().flatten());
-    put(path, &properties, order.len(), order.iter().map(|&v| row(v)), &faces)
-        .map_err(|source| Error::Io { path: path.into(), source })
+    let rows: Vec<Vec<f32>> = order.iter().map(|&v| row(v)).collect();
+    put(path, &properties, &rows, &faces)
 }
 
 /// Writes a parallelogram that faces along `edge1 × edge2`.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be written.
+/// [`crate::error::Error::Io`] when the file cannot be written.
 pub fn write_quad(path: &Path, corner: Vec3, edge1: Vec3, edge2: Vec3) -> Result<()> {
     let corners = [corner, corner + edge1, corner + edge1 + edge2, corner + edge2]
         .map(|p| p.to_array().to_vec());
-    put(path, &["x", "y", "z"], 4, corners.into_iter(), &[[0, 1, 2], [0, 2, 3]])
-        .map_err(|source| Error::Io { path: path.into(), source })
+    put(path, &["x", "y", "z"], &corners, &[[0, 1, 2], [0, 2, 3]])
 }
 
-fn put(
-    path: &Path,
-    properties: &[&str],
-    count: usize,
-    rows: impl Iterator<Item = Vec<f32>>,
-    faces: &[[u32; 3]],
-) -> std::io::Result<()> {
-    let mut out = BufWriter::new(File::create(path)?);
-    writeln!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {count}")?;
-    for p in properties {
-        writeln!(out, "property float {p}")?;
-    }
-    writeln!(
-        out,
-        "element face {}\nproperty list uchar int vertex_indices\nend_header",
-        faces.len()
-    )?;
-    for row in rows {
-        for value in row {
-            out.write_all(&value.to_le_bytes())?;
-        }
-    }
-    for face in faces {
-        out.write_all(&[3])?;
-        for i in face {
-            out.write_all(&i.to_le_bytes())?;
-        }
-    }
-    out.flush()
+fn put(path: &Path, properties: &[&str], rows: &[Vec<f32>], faces: &[[u32; 3]]) -> Result<()> {
+    let vertex = Columns::new("vertex").floats(properties.iter().copied());
+    let elements = [(vertex, rows.len()), (Columns::triangles(), faces.len())];
+    ply::write(path, &[], &elements, |out| {
+        rows.iter().try_for_each(|row| out.floats(row.iter().copied()))?;
+        faces.iter().try_for_each(|&face| out.triangle(face))
+    })
 }

@@ -1,21 +1,31 @@
-//! Gathers at few places and interpolation between them, as far as the result says that it may.
+//! Gathers at few places of a picture and interpolation between them, as far as the values found
+//! say that it may be done.
+//!
+//! The picture is cut into blocks of 16 pixels, then 8, 4, 2 and 1. At each size, every block that
+//! holds points still without a value gathers in its middle. Values of the other points are moving
+//! least squares fits, linear in the plane of the point p, over the places r around it,
 //!
 //! ```text
-//! places     blocks of 16, 8, 4, 2, 1 pixels: a gather in the middle of every block that holds points still without a value
-//! value      v(p) = Σ_r v_r w_r (c₀ + c·x_r),  w = 1/(x² + h²)         moving least squares, linear in the plane of p: linear fields are exact
-//! accepted   like normals, like plane; Σ |weights| ≤ 1.6 (inside, not beyond); nearest place within √maxvariation · R or in the same pixel
-//!            (R: harmonic mean distance to what is seen `[Ward88]`, at most maxdist and 1 / falloff; 0.3 R with three places or fewer);
-//!            residual of the fit, times n / (n − 3) for n places, ≤ maxvariation of occlusion, 3 maxvariation of light
+//! v(p) = Σ_r v_r w_r (c₀ + c·x_r)        w = 1 / (x² + h²)
 //! ```
-//! What is not accepted waits for the places of the next finer blocks; single pixels gather for
-//! themselves. The second test catches contact shadows that lie between places, the third shadows
-//! and light that do not depend on distance.
 //!
-//! Input   [`Hierarchy`], receivers with their pixels. Output  one [`Gathered`] a receiver.
-//! Guarantees  interpolated values lie between those they come from; the same for any number of
-//!             threads; `maxvariation` 0 gathers everywhere.
-//! Not         error bounds: whatever is smaller than blocks and far away can be missed.
-//! Cost        about 1 µs a receiver beside the gathers.
+//! which reproduce linear fields exactly. A value is accepted if all of this holds; with n places:
+//!
+//! * The places have like normals and lie about in the plane of p.
+//! * Σ |weights| ≤ 1.6, so that p lies among the places and not beyond them.
+//! * The nearest place lies within √maxvariation · R, or in the same pixel. R is the harmonic mean
+//!   distance to what is seen `[Ward88]`, at most `maxdist` and 1 / falloff, and 0.3 of that with
+//!   three places or fewer. This catches contact shadows that lie between places.
+//! * The residual of the fit, times n / (n − 3), is at most `maxvariation` of occlusion and three
+//!   times that of light. This catches shadows and light that do not depend on distance.
+//!
+//! What is not accepted waits for the places of the next finer blocks; single pixels gather for
+//! themselves.
+//!
+//! Input is a [`Hierarchy`] and receivers with their pixels; output is one [`Gathered`] a receiver,
+//! the same for any number of threads, that lies between the values it comes from. With
+//! `maxvariation` 0 there is a gather everywhere. Errors are not bounded: whatever is smaller than
+//! blocks and far away can be missed. A receiver costs about 1 µs beside the gathers.
 
 use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;

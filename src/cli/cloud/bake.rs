@@ -1,4 +1,7 @@
-//! `nearfar bake`: a scene's surfaces as a point cloud.
+//! `nearfar cloud bake`: a scene's surfaces as a cloud of discs with their light.
+//!
+//! All surfaces are diced into pieces of equal area, direct light and bounces are computed on them,
+//! and positions, normals, areas and the channels that are wanted are written as binary PLY.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -8,16 +11,16 @@ use clap::Args;
 use serde::Serialize;
 use toml::Value;
 
-use super::options::SceneOptions;
-use super::{check_writable, write_json};
+use crate::cli::options::SceneOptions;
+use crate::cli::{check_writable, write_json};
+use crate::cloud::{RadiositySource, bake, bake_areas, write_cloud};
 use crate::error::{Error, Result};
-use crate::points::{RadiositySource, bake, bake_areas, write_cloud};
 use crate::render::RunStatistics;
 use crate::shading::World;
 
-/// Options of `nearfar bake`.
+/// Options of `nearfar cloud bake`.
 #[derive(Debug, Args)]
-pub(super) struct BakeArgs {
+pub(in crate::cli) struct BakeArgs {
     #[command(flatten)]
     scene: SceneOptions,
     /// Point cloud to write: binary PLY.
@@ -60,7 +63,7 @@ const CHANNELS: [&str; 6] =
 
 /// # Errors
 /// Whatever is wrong with the scene or the settings, or files that cannot be written.
-pub(super) fn write(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
+pub(super) fn bake_to_file(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     let none = args.channels.iter().any(|c| c == "none");
     if let Some(unknown) =
         args.channels.iter().find(|c| !CHANNELS.contains(&c.as_str()) && *c != "none")
@@ -108,7 +111,7 @@ pub(super) fn write(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
             &args.output,
             &cloud,
             &[
-                format!("nearfar {} bake of {scene}", env!("CARGO_PKG_VERSION")),
+                format!("nearfar {} cloud bake of {scene}", env!("CARGO_PKG_VERSION")),
                 "areas in scene units squared, light in W/m2".into(),
             ],
         )?;

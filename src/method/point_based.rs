@@ -1,14 +1,16 @@
-//! `--method points`: direct light, and indirect light gathered from surface elements; no ray for
-//! occlusion or indirect light.
+//! `--method point-based`: direct light, and indirect light gathered from surface elements; no ray
+//! is shot for occlusion or indirect light.
 //!
 //! ```text
-//! image = direct + albedo · (E_elements + sky · open) / π          at the shading points of pass 1
+//! image = direct + albedo · (E_elements + sky · open) / π
 //! ```
-//! The cloud is baked first ([`crate::points::bake`]) or read. Rays: the camera's, shadow rays of
-//! direct light at camera samples and, while baking, at elements. Layers beside the usual:
-//! `occlusion` (0 to 1), `bent.X/Y/Z` (mean open direction), `open` (share of the sky that is
-//! seen).
-//! Cost  a gather per shading point (about 1.1 a pixel).
+//!
+//! at the shading points of pass 1. The cloud of elements is baked first ([`crate::cloud::bake`])
+//! or given. The only rays are the camera's and the shadow rays of direct light, at camera samples
+//! and, while baking, at elements. Beside the usual layers there are `occlusion` (0 to 1),
+//! `bent.X/Y/Z` (the mean open direction) and `open` (the share of the sky that is seen). The cost
+//! is at most a gather per shading point, of which there are about 1.1 a pixel; most are
+//! interpolated.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -16,13 +18,13 @@ use rayon::prelude::*;
 use super::locations::Locations;
 use super::stage::Inputs;
 use super::{MethodStatistics, Rendered};
-use crate::error::Result;
-use crate::film::Layer;
-use crate::math::{Frame, Ray};
-use crate::points::{
+use crate::cloud::{
     Cloud, Gathered, Hierarchy, PointBasedSettings, Receiver, Receivers, accessibility, bake,
     gather_all, gather_some,
 };
+use crate::error::Result;
+use crate::film::Layer;
+use crate::math::{Frame, Ray};
 use crate::radiometry::Rgb;
 use crate::record::{CameraSamples, ShadingPoints, camera_samples};
 use crate::run::{RayKind, Run};
@@ -61,7 +63,7 @@ pub fn receivers(
             let mut p = points.p[i];
             if settings.samplebase > 0.0 {
                 let frame = Frame::from_normal(points.ng[i]);
-                let u = Sobol::new(seed, Stream::Points, i as u64).sample_2d(0, 8);
+                let u = Sobol::new(seed, Stream::Receiver, i as u64).sample_2d(0, 8);
                 let shift = sample_disc(u) * (0.5 * settings.samplebase * points.footprint[i]);
                 p += frame.s * shift.x + frame.t * shift.y;
             }
@@ -166,7 +168,7 @@ pub fn render_cloud(
             .collect(),
     );
     film.set_xyz("bent", &layers.layer(|g| g.bent_normal));
-    let statistics = MethodStatistics::Points(PointStatistics {
+    let statistics = MethodStatistics::PointBased(PointStatistics {
         elements: cloud.len(),
         shading_points: layers.gathered.len(),
         gathers: layers.gathers,

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `_radiosity` | light leaving the front, W·m⁻² |
 //! | `_radiosity_back` | light leaving the back; absent: dark |
-//! | `albedo`, `direct`, `direct_back`, `emission` | for whoever looks at the cloud, and for further bounces |
+//! | `albedo`, `direct`, `direct_back`, `emission` | for whoever looks, and for further bounces |
 
 use glam::{Vec2, Vec3};
 

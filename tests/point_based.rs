@@ -2,15 +2,15 @@
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::cloud::{
+    Cloud, Density, Hierarchy, HitSides, Overlap, PointBasedSettings, RadiositySource, bake, dice,
+};
 use nearfar::compare::{Truth, errors};
 use nearfar::config::RenderConfig;
 use nearfar::film::read_exr;
 use nearfar::load::load;
 use nearfar::method::path;
-use nearfar::method::points::{gather_picture, render, traced_occlusion};
-use nearfar::points::{
-    Cloud, Density, Hierarchy, HitSides, Overlap, PointBasedSettings, RadiositySource, bake, dice,
-};
+use nearfar::method::point_based::{gather_picture, render, traced_occlusion};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 use nearfar::sampling::{Rng, Stream};

@@ -1,19 +1,17 @@
 //! Even dicing: every triangle, seen or hidden, cut into pieces of the same area.
 //!
-//! ```text
-//! a = Σ A_t / N (or 1 / density)        pieces of triangle t: the count of (j + ½) a in its stretch of the running sum of areas
-//! ```
-//! A triangle of k pieces is laid in rows between its shortest edge and the corner across, about as
-//! high as a piece is wide; rows hold whole numbers of pieces and are cut evenly: k pieces of
-//! exactly A/k, without gaps or overlaps, and the strata of whatever is sampled on them. Triangles
-//! smaller than a piece are taken by systematic sampling along the order of triangles; a piece then
-//! also carries the area of those that were passed over.
+//! With N elements wanted the pieces have the area a = Σ A_t / N, or 1 / density. Triangle t gets
+//! as many pieces as there are values (j + ½) a in its stretch of the running sum of areas. A
+//! triangle of k pieces is laid in rows between its shortest edge and the corner across, about as
+//! high as a piece is wide; rows hold whole numbers of pieces and are cut evenly, so k pieces of
+//! exactly A/k have neither gaps nor overlaps and are the strata of whatever is sampled on them.
+//! Triangles smaller than a piece are taken by systematic sampling along the order of triangles;
+//! such a piece also carries the area of those that were passed over.
 //!
-//! Input   [`Geometry`], [`Density`]. Output  [`Piece`]s in the order of triangles.
-//! Guarantees  Σ areas is the surface's up to rounding; exactly ⌊N⌉ pieces up to one; the result
-//!             depends on nothing else.
-//! Not     blue noise: pieces of one triangle form a regular pattern. Cost  O(triangles + pieces),
-//!         32 B a piece.
+//! Input is a [`Geometry`] and a [`Density`]; output are [`Piece`]s in the order of triangles,
+//! exactly ⌊N⌉ up to one, whose areas sum to the surface's up to rounding. The result depends on
+//! nothing else. Pieces of one triangle form a regular pattern, not blue noise. The cost is
+//! O(triangles + pieces) and 32 bytes a piece.
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -178,7 +176,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn pieces_are_equal_and_make_up_the_surface(raw in prop::collection::vec((-1f32..1.0, -1f32..1.0, -1f32..1.0), 3..60), count in 1u64..3000) {
+        fn pieces_are_equal_and_make_up_the_surface(
+            raw in prop::collection::vec((-1f32..1.0, -1f32..1.0, -1f32..1.0), 3..60),
+            count in 1u64..3000,
+        ) {
             let mut points: Vec<Vec3> = raw.iter().map(|&(x, y, z)| Vec3::new(x, y, z)).collect();
             points.truncate(points.len() / 3 * 3);
             let g = geometry(points);
