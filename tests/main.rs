@@ -15,6 +15,7 @@ mod course;
 mod curves;
 mod decompose;
 mod denoise;
+mod examples;
 mod export;
 mod guide;
 mod info;

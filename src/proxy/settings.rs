@@ -34,9 +34,6 @@ section! {
         max_radius: Length = Length::PercentOfDiagonal(5.0), in above(0.0);
         /// Cosine of the largest angle between normals that share photons; 0.7 is 45°.
         normal_agreement: f32 = 0.7, in from(0.0).to(0.999);
-        /// `density` only: divide by the surface area inside the sphere instead of by that of a
-        /// disc.
-        boundary_correction: bool = true;
         /// Shadow rays per cell side. `gather` shoots one to sides that nothing reached.
         direct_samples: u32 = 8, in from(1.0).to(4096.0), unit "shadow rays";
         /// `gather` only: rays per cell side, half as many for sides the picture sees only by way
