@@ -16,6 +16,7 @@ mod curves;
 mod decompose;
 mod denoise;
 mod export;
+mod gallery;
 mod info;
 mod install;
 mod near_far;
