@@ -14,10 +14,11 @@
 //! element that faces it.
 //!
 //! Input is a [`Hierarchy`] with [`PointBasedSettings`], and per receiver a position and two
-//! normals; output is [`Gathered`]. Results are finite at any distance, zero included, and the same for any
-//! number of threads; elements in or below the receiver's plane do not count. Visibility is not
-//! finer than the raster, and light and shade are not finer than the elements. A gather takes about
-//! 20 ns for each group that is looked at, of which there are O(1 / maxsolidangle + log elements).
+//! normals; output is [`Gathered`]. Results are finite at any distance, zero included, and the same
+//! for any number of threads; elements in or below the receiver's plane do not count. Visibility is
+//! not finer than the raster, and light and shade are not finer than the elements. A gather takes
+//! about 20 ns for each group that is looked at, of which there are O(1 / maxsolidangle + log
+//! elements).
 
 use glam::Vec3;
 
