@@ -1,9 +1,9 @@
 //! Files that are written whole or not at all.
 //!
-//! Everything that nearfar writes goes through here: a temporary file is filled in the folder of the
-//! wanted one, flushed to the disk and renamed over it. A write that fails, panics or is
-//! killed leaves the earlier file as it was; in the first two cases the temporary file is removed as
-//! well. Two writers of the same path do not mix: the later rename wins.
+//! Everything that nearfar writes goes through here: a temporary file is filled in the folder of
+//! the wanted one, flushed to the disk and renamed over it. A write that fails, panics or is
+//! killed leaves the earlier file as it was; in the first two cases the temporary file is removed
+//! as well. Two writers of the same path do not mix: the later rename wins.
 //!
 //! A path that is a symbolic link keeps being one: the file that it names is replaced. What is no
 //! regular file (`/dev/null`, a pipe) is written directly, since it cannot be replaced. Permissions

@@ -173,7 +173,13 @@ fn alpha_infinity_is_the_sum_over_all_cells() {
     for i in (0..samples.points.len()).step_by(53) {
         let (p, n) = (samples.points.p[i], samples.points.ns[i]);
         let alpha = f32::INFINITY;
-        let bundle = Bundle { members: &[i as u32], rays: 16, alpha, element: i as u64 };
+        let bundle = Bundle {
+            members: &[i as u32],
+            rays: 16,
+            alpha,
+            stream: Stream::Far,
+            element: i as u64,
+        };
         let sh = bundle.fit(&context, &samples.points);
         let cells_near = CellSum { tree: &tree, traced: false, alpha };
         let at = Receiver::of(&samples.points, i);

@@ -17,6 +17,7 @@ mod decompose;
 mod denoise;
 mod examples;
 mod export;
+mod gallery;
 mod guide;
 mod info;
 mod install;

@@ -63,7 +63,8 @@ fn irradiance_under_plates(heights: &[f32], traced: bool) -> (f32, Vec<f32>) {
     }
     let (settings, run, alpha) = (DecomposeSettings::default(), Run::new(1).unwrap(), 10.0);
     let context = Context::new(&w, proxy, &settings, 0, &run);
-    let bundle = Bundle { members: &[0, 1], rays: settings.rays, alpha, element: 0 };
+    let bundle =
+        Bundle { members: &[0, 1], rays: settings.rays, alpha, stream: Stream::Far, element: 0 };
     let sh = bundle.fit(&context, &points);
     let at = Receiver { p: Vec3::ZERO, ng: Vec3::Y, ns: Vec3::Y, footprint: 0.0 };
     let cells_near = CellSum { tree: &NearTree::new(proxy), traced, alpha };

@@ -16,6 +16,7 @@ mod cloud;
 mod compare;
 mod export;
 mod fly;
+mod gallery;
 mod info;
 mod measure;
 mod methods;
@@ -72,6 +73,8 @@ enum Command {
     /// Make one HTML page of a folder of renders: pairs with a divider, differences, FLIP, errors,
     /// times.
     Report(report::ReportArgs),
+    /// Render every scene of the checkout by several methods, and one page of it all.
+    Gallery(gallery::GalleryArgs),
     /// Write a scene for other renderers (Mitsuba 3).
     Export(export::ExportArgs),
     /// Tell what a scene holds and what is odd about it.
@@ -138,6 +141,7 @@ pub fn run() -> ExitCode {
         Command::Cloud(args) => cloud::cloud(&args, &cancel),
         Command::Bake(_) => Err(renamed("bake", "cloud bake")),
         Command::Gather(_) => Err(renamed("gather", "cloud gather")),
+        Command::Gallery(args) => gallery::gallery(&args, &cancel),
         Command::Report(args) => report::write(&args, &cancel),
         Command::Export(args) => export::write(&args),
         Command::Info(args) => info::info(&args, &cancel),

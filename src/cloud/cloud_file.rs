@@ -127,8 +127,8 @@ impl<'a> Places<'a> {
 /// Reads a cloud.
 ///
 /// # Errors
-/// [`crate::error::Error::Io`] when the file cannot be opened or read, [`crate::error::Error::Input`] when it is no such file,
-/// cut short or holds impossible values.
+/// [`crate::error::Error::Io`] when the file cannot be opened or read;
+/// [`crate::error::Error::Input`] when it is no such file, cut short or holds impossible values.
 pub fn read_cloud(path: &Path) -> Result<Cloud> {
     let mut reader = Reader::open(path)?;
     let points = reader.points()?;

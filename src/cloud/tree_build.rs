@@ -5,8 +5,8 @@
 //! nodes and appearances in depth-first order, where a node's first child follows it. A group is
 //! split where the highest bit that differs within it turns, or in the middle when all its codes
 //! are equal, down to leaves of at most eight discs. Large groups are built by two threads; since
-//! the splits depend on the codes alone, the result is the same for any number of threads. The cost is
-//! O(n) after the sort.
+//! the splits depend on the codes alone, the result is the same for any number of threads. The
+//! cost is O(n) after the sort.
 
 use glam::UVec3;
 

@@ -13,11 +13,12 @@
 //! raster first and groups behind full directions are not opened. The receiver sees the side of an
 //! element that faces it.
 //!
-//! Input is a [`Hierarchy`] with [`PointBasedSettings`], and per receiver a position and two normals;
-//! output is [`Gathered`]. Results are finite at any distance, zero included, and the same for any
-//! number of threads; elements in or below the receiver's plane do not count. Visibility is not
-//! finer than the raster, and light and shade are not finer than the elements. A gather takes about
-//! 20 ns for each group that is looked at, of which there are O(1 / maxsolidangle + log elements).
+//! Input is a [`Hierarchy`] with [`PointBasedSettings`], and per receiver a position and two
+//! normals; output is [`Gathered`]. Results are finite at any distance, zero included, and the same
+//! for any number of threads; elements in or below the receiver's plane do not count. Visibility is
+//! not finer than the raster, and light and shade are not finer than the elements. A gather takes
+//! about 20 ns for each group that is looked at, of which there are O(1 / maxsolidangle + log
+//! elements).
 
 use glam::Vec3;
 

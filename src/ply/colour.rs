@@ -4,7 +4,7 @@
 
 use crate::radiometry::Rgb;
 
-/// Scale that brings the mean of the values to middle grey; 1 for values whose mean is not positive.
+/// Scale that brings the mean of the values to middle grey; 1 when it is not positive.
 pub fn colour_scale(values: impl Iterator<Item = Rgb>) -> f32 {
     let (sum, count) =
         values.fold((0.0f64, 0.0f64), |(s, n), v| (s + f64::from(v.element_sum() / 3.0), n + 1.0));

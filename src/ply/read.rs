@@ -84,8 +84,8 @@ impl Reader {
 /// may say why the file will not do.
 ///
 /// # Errors
-/// [`Error::Io`] when the file cannot be read; [`Error::Input`] when it is refused, is no such file,
-/// has other columns, is cut short or too long.
+/// [`Error::Io`] when the file cannot be read; [`Error::Input`] when it is refused, is no such
+/// file, has other columns, is cut short or too long.
 pub fn read_elements(
     path: &Path,
     refuse: impl Fn(&[String]) -> Option<String>,

@@ -53,7 +53,7 @@ impl RowWriter<'_> {
 /// lines become several.
 ///
 /// # Errors
-/// [`crate::error::Error::Io`] when the system refuses, or `body` writes more or less than it should.
+/// [`crate::error::Error::Io`] when the system refuses, or `body` writes more or less than is due.
 pub fn write(
     path: &Path,
     comments: &[String],

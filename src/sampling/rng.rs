@@ -16,12 +16,12 @@ pub enum Stream {
     Cell,
     /// Clustering.
     Cluster,
-    /// Far-field rays, keyed by cluster.
+    /// Far-field rays of a cluster, keyed by cluster.
     Far,
-    /// Near-field rays of a cluster, and Monte Carlo at a shading point; keyed by either.
+    /// Far-field rays of a single shading point, keyed by point.
+    FarPoint,
+    /// Near-field rays and Monte Carlo, keyed by shading point.
     Near,
-    /// Near-field rays of a single shading point, keyed by point.
-    NearPoint,
     /// Gather references and budgets, keyed by pixel.
     Gather,
     /// Direct light at camera samples, keyed by pixel.
@@ -62,8 +62,8 @@ impl Stream {
             Self::Cell => (3, 0),
             Self::Cluster => (4, 0),
             Self::Far => (5, 0),
+            Self::FarPoint => (5, SIBLING),
             Self::Near => (6, 0),
-            Self::NearPoint => (6, SIBLING),
             Self::Gather => (7, 0),
             Self::Direct => (8, 0),
             Self::Scene => (9, 0),
@@ -147,8 +147,8 @@ mod tests {
             Stream::Cell,
             Stream::Cluster,
             Stream::Far,
+            Stream::FarPoint,
             Stream::Near,
-            Stream::NearPoint,
             Stream::Gather,
             Stream::Direct,
             Stream::Scene,
@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(first(Stream::Camera, 2), 0xaa8b_3229_7f01_4a35);
         assert_eq!(first(Stream::Near, 2), 0xb655_20c0_e3e9_9bc5);
         assert_eq!(first(Stream::Element, 2), 0xa62c_c4ec_3aec_9e48);
-        assert_eq!(first(Stream::NearPoint, 7), first(Stream::Near, 1 << 40 | 7));
+        assert_eq!(first(Stream::FarPoint, 7), first(Stream::Far, 1 << 40 | 7));
         assert_eq!(
             first(Stream::LinkView, pixel_of_view(2, 7)),
             first(Stream::Link, 2 << 41 | 1 << 40 | 7)

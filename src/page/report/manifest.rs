@@ -30,18 +30,18 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 
 /// The whole of `report.toml`.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
-pub(super) struct Manifest {
+pub(crate) struct Manifest {
     pub title: Option<String>,
     pub text: String,
     pub section: Vec<SectionPlan>,
 }
 
 /// One section as it is asked for.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
-pub(super) struct SectionPlan {
+pub(crate) struct SectionPlan {
     pub folder: String,
     pub title: Option<String>,
     pub text: String,
@@ -58,7 +58,7 @@ pub(super) struct SectionPlan {
 /// Two pictures that differ by one switch.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Toggle {
+pub(crate) struct Toggle {
     pub label: String,
     pub off: String,
     pub on: String,
@@ -67,7 +67,7 @@ pub(super) struct Toggle {
 /// Pictures along one setting.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Sweep {
+pub(crate) struct Sweep {
     pub label: String,
     pub values: Vec<f64>,
     pub pictures: Vec<String>,

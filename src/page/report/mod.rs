@@ -14,7 +14,7 @@
 
 mod encode;
 mod folder;
-mod manifest;
+pub(crate) mod manifest;
 mod section;
 
 use std::path::{Path, PathBuf};
