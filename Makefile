@@ -61,7 +61,7 @@ readme: setup
 
 gallery: setup
 	@$(CARGO) build --release
-	@.ci/gallery $(ARGS)
+	target/release/nearfar gallery $(ARGS)
 
 bench: setup
 	@$(CARGO) build --release

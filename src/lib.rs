@@ -4,29 +4,32 @@
 //! to one owned output:
 //!
 //! ```text
-//! files → Scene → Geometry → RayQuery → PhotonMap → Cells → ShadingPoints → Clusters → Film
-//!         load    tessellate  accel      photon    tessellate  method::decompose ───────→ film
+//! files → Scene → Geometry → RayQuery → Proxy → ShadingPoints → Clusters → Film → files
+//!         load    tessellate  accel     proxy    record  method::decompose → film
 //! ```
 //!
 //! | Room (rank) | In → out |
 //! |---|---|
-//! | [`error`], [`run`] (0) | failures with file, line and fix; progress, cancel, warnings, threads |
+//! | [`error`], [`run`], [`process`] (0) | errors with their fix; progress, cancel; CPU time |
 //! | [`settings`], [`length`] (1) | how a room declares what it can be told; a length in settings |
 //! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
+//! | [`atomic_file`] (1) | files that are written whole or not at all |
 //! | [`ffi`] (1) | the only folder with unsafe code: Embree, Open Image Denoise, vectors |
+//! | [`ply`] (2) | columns of numbers to and from PLY files |
 //! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures |
 //! | [`builtin`] (3) | scenes made by code: names and parameters → meshes and materials |
 //! | [`load`] (3) | OBJ/MTL, cages, curves, scene TOML, images → [`scene::Scene`] of triangles |
-//! | [`tessellate`] (3) | cages, curves → [`tessellate::Geometry`] → [`tessellate::Cells`] |
+//! | [`tessellate`] (3) | cages, curves → [`tessellate::Geometry`]: world-space triangles |
 //! | [`accel`] (4) | `Geometry` → [`accel::RayQuery`]: Embree, pure-Rust BVH, brute force |
 //! | [`shading`] (5) | hit → surface; lights, direct light; [`shading::World`] |
-//! | [`photon`] (6) | `World` → `PhotonMap` → radiosity of cells: the proxy |
+//! | [`proxy`] (6) | `World` → [`proxy::Proxy`]: light of surfaces, read where rays land |
 //! | [`film`] (6) | layers → EXR, PNG |
 //! | [`denoise`] (6) | the finished picture denoised, by a library opened at run time |
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
-//! | [`points`] (6) | `Geometry` → `Cloud` of discs → occlusion and irradiance without rays |
+//! | [`cloud`] (6) | `Geometry` → `Cloud` of discs → occlusion and irradiance without rays |
 //! | [`method`] (7) | path (ground truth), decompose (the three passes), cache, …: siblings |
 //! | [`compare`] (7) | a picture and its reference → errors, by octave of size too; FLIP; flicker |
+//! | [`render`] (8) | scene, settings and method → the finished picture and its statistics |
 //! | [`bench`] (8) | backends, methods and the parts of an error, measured side by side |
 //! | [`page`], [`export`], [`info`] (8) | HTML pages; files for others; what a scene holds |
 //! | [`config`], [`cli`] (8–9) | settings, the command line |
@@ -62,10 +65,12 @@
 )]
 
 pub mod accel;
+pub mod atomic_file;
 pub mod bench;
 pub mod builtin;
 #[cfg(feature = "cli")]
 pub mod cli;
+pub mod cloud;
 pub mod compare;
 pub mod config;
 pub mod denoise;
@@ -79,9 +84,9 @@ pub mod load;
 pub mod math;
 pub mod method;
 pub mod page;
-pub mod photon;
-pub mod points;
+pub mod ply;
 pub mod process;
+pub mod proxy;
 pub mod radiometry;
 pub mod record;
 pub mod render;

@@ -7,18 +7,17 @@ use nearfar::compare::{Truth, errors};
 use nearfar::method::cache::{
     Cache, CacheRecord, CacheSettings, Mode, fill_and_interpolate, render, store,
 };
-use nearfar::method::gather::gather;
+use nearfar::method::final_gather::gather;
 use nearfar::method::key::Key;
 use nearfar::method::stage::{Inputs, Stage};
-use nearfar::photon::{CellRadiosity, ProxySettings, ProxyStats};
+use nearfar::proxy::{Proxy, ProxySettings};
 use nearfar::radiometry::Rgb;
 use nearfar::record::{RecordSettings, camera_samples};
 use nearfar::run::Run;
 use nearfar::scene::{Camera, Fingerprint, Mesh, Scene, Sides};
 use nearfar::shading::{DirectSettings, World};
-use nearfar::tessellate::Cells;
 
-use crate::photon::hollow_sphere;
+use crate::proxy::hollow_sphere;
 use crate::support::{backends, cuboid, grey, quad, small_room, world};
 
 const MODES: [Mode; 3] = [Mode::Hessian, Mode::Production2006, Mode::SplitSphere];
@@ -27,20 +26,13 @@ fn settings(mode: Mode) -> CacheSettings {
     CacheSettings { mode, rays: 128, ..CacheSettings::default() }
 }
 
-/// A stage whose cells have the radiosity that `glow` gives their centroid and normal.
+/// A stage whose surfaces have the radiosity that `glow` gives their place and normal.
 fn stage(w: &World, near_cell: f32, glow: impl Fn(Vec3, Vec3) -> Rgb) -> Stage {
-    let cells = Cells::new(&w.geometry, near_cell).unwrap();
-    let side = |sign: f32| {
-        (0..cells.len())
-            .map(|c| glow(cells.centroids[c], cells.normal(&w.geometry, c as u32) * sign))
-            .collect()
-    };
-    let radiosity =
-        CellRadiosity { front: side(1.0), back: side(-1.0), ..CellRadiosity::default() };
+    let proxy = Proxy::given(&w.geometry, near_cell, glow).unwrap();
     let record = RecordSettings { spp: 1, ..RecordSettings::default() };
     let samples =
         camera_samples(w, &record, &DirectSettings::default(), 0, &Run::new(2).unwrap()).unwrap();
-    Stage { cells, radiosity, proxy_stats: ProxyStats::default(), samples }
+    Stage { proxy, samples }
 }
 
 fn empty(w: &World, settings: &CacheSettings, stage: &Stage) -> Cache {
@@ -54,7 +46,7 @@ fn cached(w: &World, settings: &CacheSettings, stage: &Stage) -> (Vec<Rgb>, Cach
 }
 
 fn gathered(w: &World, stage: &Stage, rays: u32) -> Vec<Rgb> {
-    gather(w, stage.proxy(), &stage.samples.points, rays, 0, &Run::new(2).unwrap()).unwrap()
+    gather(w, &stage.proxy, &stage.samples.points, rays, 0, &Run::new(2).unwrap()).unwrap()
 }
 
 fn relative_mse(e: &[Rgb], truth: &[Rgb]) -> f64 {

@@ -11,12 +11,11 @@ use nearfar::method::cache::hemisphere::Site;
 use nearfar::method::cache::hemisphere::{Grid, Hemisphere};
 use nearfar::method::cache::hessian;
 use nearfar::method::cache::measure::{Derivatives, MeasureSettings, Measured, measure, summarise};
-use nearfar::photon::{CellRadiosity, Proxy};
+use nearfar::proxy::Proxy;
 use nearfar::radiometry::Rgb;
 use nearfar::sampling::{Rng, Stream};
 use nearfar::scene::{Light, Mesh, Scene, Sides};
 use nearfar::shading::World;
-use nearfar::tessellate::Cells;
 
 use crate::support::{grey, quad, world};
 
@@ -269,7 +268,7 @@ fn eigenvalues() {
 
 /// An emitter above the floor, an occluder between them, walls that are black: everything through
 /// the rays.
-fn stage() -> (World, Cells, CellRadiosity) {
+fn stage() -> (World, Proxy) {
     let mut mesh = Mesh { name: "emitter".into(), sides: Sides::Two, ..Mesh::default() };
     quad(
         &mut mesh,
@@ -300,19 +299,14 @@ fn stage() -> (World, Cells, CellRadiosity) {
         ..Scene::default()
     };
     let w = world(&scene, Backend::Bvh);
-    let cells = Cells::new(&w.geometry, 2.0).unwrap();
-    let side: Vec<Rgb> = cells
-        .centroids
-        .iter()
-        .map(|c| if c.z > 0.7 { Rgb::splat(PI as f32) } else { Rgb::ZERO })
-        .collect();
-    let radiosity = CellRadiosity { front: side.clone(), back: side, ..CellRadiosity::default() };
-    (w, cells, radiosity)
+    let glow = |p: Vec3, _: Vec3| if p.z > 0.7 { Rgb::splat(PI as f32) } else { Rgb::ZERO };
+    let proxy = Proxy::given(&w.geometry, 2.0, glow).unwrap();
+    (w, proxy)
 }
 
 fn records(
     world: &World,
-    proxy: Proxy<'_>,
+    proxy: &Proxy,
     n: Vec3,
     rays: u32,
     derivatives: Derivatives,
@@ -327,8 +321,7 @@ fn records(
 
 #[test]
 fn through_real_rays() {
-    let (w, cells, radiosity) = stage();
-    let proxy = Proxy { cells: &cells, radiosity: &radiosity };
+    let (w, proxy) = stage();
     let base = DVec3::new(0.2, 0.1, 0.0);
     let (low, high) = (DVec3::new(-2.0, -1.5, 1.0), DVec3::new(2.0, 1.0, 1.0));
     let f = |x: f64, y: f64| {
@@ -336,7 +329,7 @@ fn through_real_rays() {
     };
     let (gradient, second) = differences(f);
     for derivatives in [Derivatives::WardHeckbert, Derivatives::OcclusionHessian] {
-        let all = records(&w, proxy, Vec3::Z, 2048, derivatives);
+        let all = records(&w, &proxy, Vec3::Z, 2048, derivatives);
         let share = 1.0 / all.len() as f32;
         let e: Rgb = all.iter().map(|m| m.irradiance).sum::<Rgb>() * share;
         let g: Vec3 = all.iter().map(|m| m.gradient_translation[1]).sum::<Vec3>() * share;
@@ -376,7 +369,7 @@ fn through_real_rays() {
                 m.low_occluder
             );
         }
-        let again = records(&w, proxy, Vec3::Z, 2048, derivatives);
+        let again = records(&w, &proxy, Vec3::Z, 2048, derivatives);
         assert!(all.iter().zip(&again).all(|(a, b)| a.irradiance == b.irradiance
             && a.gradient_translation == b.gradient_translation));
     }
@@ -418,14 +411,8 @@ fn rare_bright_hits() {
         ..Scene::default()
     };
     let w = world(&scene, Backend::Bvh);
-    let cells = Cells::new(&w.geometry, 200.0).unwrap();
-    let side: Vec<Rgb> = cells
-        .centroids
-        .iter()
-        .map(|c| Rgb::splat(PI as f32 * if c.z < 0.95 { 500.0 } else { 1.0 }))
-        .collect();
-    let radiosity = CellRadiosity { front: side.clone(), back: side, ..CellRadiosity::default() };
-    let proxy = Proxy { cells: &cells, radiosity: &radiosity };
+    let glow = |p: Vec3, _: Vec3| Rgb::splat(PI as f32 * if p.z < 0.95 { 500.0 } else { 1.0 });
+    let proxy = Proxy::given(&w.geometry, 200.0, glow).unwrap();
     let patch_part =
         rectangle(DVec3::ZERO, DVec3::Z, DVec3::new(0.5, 0.3, 0.9), DVec3::new(0.55, 0.35, 0.9));
     let truth =
@@ -440,7 +427,7 @@ fn rare_bright_hits() {
         let all: Vec<Measured> = (0..1000)
             .map(|i| {
                 let site = Site { p: Vec3::ZERO, ng: Vec3::Z, ns: Vec3::Z, seed: 4, element: i };
-                measure(&w, proxy, &site, settings)
+                measure(&w, &proxy, &site, settings)
             })
             .collect();
         let n = all.len() as f64;

@@ -64,7 +64,7 @@ fn help_names_every_command_and_option() {
     let help = nearfar(&["--help"]);
     assert_eq!(code(&help), 0);
     let text = String::from_utf8(help.stdout).unwrap();
-    for command in nearfar::cli::command().get_subcommands() {
+    for command in nearfar::cli::command().get_subcommands().filter(|c| !c.is_hide_set()) {
         let name = command.get_name();
         assert!(text.lines().any(|l| l.split_whitespace().next() == Some(name)), "{name}");
     }
@@ -374,6 +374,7 @@ fn a_reader_that_leaves_ends_the_program_quietly() {
 fn a_cloud_is_baked_and_gathered_from() {
     let folder = Folder::new("cloud");
     let baked = nearfar(&[
+        "cloud",
         "bake",
         &folder.at("card.toml"),
         "-o",
@@ -385,6 +386,7 @@ fn a_cloud_is_baked_and_gathered_from() {
     assert_eq!(String::from_utf8_lossy(&baked.stdout), "2000 elements, area 4.000000\n");
     let (scene, cloud, out) = (folder.at("card.toml"), folder.at("card.ply"), folder.at("ao.exr"));
     let arguments = [
+        "cloud",
         "gather",
         &scene,
         "--cloud",
@@ -414,6 +416,7 @@ fn a_cloud_is_baked_and_gathered_from() {
     assert!((film.channels["open.R"][at] - std::f32::consts::PI).abs() < 1e-3);
 
     let usage = nearfar(&[
+        "cloud",
         "bake",
         &folder.at("card.toml"),
         "-o",
@@ -425,6 +428,7 @@ fn a_cloud_is_baked_and_gathered_from() {
     assert!(stderr(&usage).contains("--channels colour: choose among none, _radiosity"));
     assert_eq!(
         code(&nearfar(&[
+            "cloud",
             "bake",
             &folder.at("card.toml"),
             "-o",
@@ -438,6 +442,7 @@ fn a_cloud_is_baked_and_gathered_from() {
         0
     );
     let unlit = nearfar(&[
+        "cloud",
         "gather",
         &scene,
         "--cloud",
@@ -458,7 +463,7 @@ fn a_cloud_is_baked_and_gathered_from() {
         "-o",
         &out,
         "--method",
-        "points",
+        "point-based",
         "--set",
         "point_based.maxsolidangle=7",
     ]);
@@ -467,6 +472,44 @@ fn a_cloud_is_baked_and_gathered_from() {
         "{}",
         stderr(&setting)
     );
+}
+
+#[test]
+fn old_names_of_commands_tell_the_new_ones() {
+    let folder = Folder::new("renamed");
+    let (scene, out) = (folder.at("card.toml"), folder.at("out.ply"));
+    let old: [(&[&str], &str); 4] = [
+        (&["bake", &scene, "-o", &out, "--elements", "9"], "nearfar cloud bake"),
+        (&["gather", &scene, "--cloud", &out, "--help"], "nearfar cloud gather"),
+        (&["show", &out], "nearfar cloud show"),
+        (&["render", &scene, "-o", &out, "--method", "points"], "point-based"),
+    ];
+    for (arguments, new) in old {
+        let output = nearfar(arguments);
+        assert!(
+            code(&output) == 2 && stderr(&output).contains(new),
+            "{arguments:?}: {}",
+            stderr(&output)
+        );
+    }
+    let help = nearfar(&["--help"]);
+    let help = String::from_utf8_lossy(&help.stdout);
+    assert!(help.contains("  cloud ") && !help.contains("  bake ") && !help.contains("  gather "));
+}
+
+#[test]
+fn a_cloud_is_shown_as_a_page() {
+    let folder = Folder::new("shown");
+    let (scene, ply) = (folder.at("card.toml"), folder.at("card.ply"));
+    let baked = nearfar(&["cloud", "bake", &scene, "-o", &ply, "--elements", "100", "-q"]);
+    assert_eq!(code(&baked), 0, "{}", stderr(&baked));
+    let shown = nearfar(&["cloud", "show", &ply]);
+    assert_eq!(code(&shown), 0, "{}", stderr(&shown));
+    let page = folder.at("card.html");
+    assert_eq!(String::from_utf8_lossy(&shown.stdout).trim_end(), page);
+    assert!(std::fs::read_to_string(&page).unwrap().contains("<h1>card.ply</h1>"));
+    let named = nearfar(&["cloud", "show", &ply, "-o", &folder.at("card.png")]);
+    assert!(code(&named) == 2 && stderr(&named).contains("OUT.html"), "{}", stderr(&named));
 }
 
 #[test]

@@ -230,7 +230,8 @@ fn degenerate_triangles_are_harmless() {
     for backend in backends() {
         let scene = build(backend, &g, 1).unwrap();
         let hit = scene.closest(&Ray::new(Vec3::new(0.2, 0.2, 1.0), -Vec3::Z)).unwrap();
-        assert_eq!((hit.triangle, hit.t), (3, 1.0), "{backend:?}");
+        // Embree divides by the CPU's approximate reciprocal: last places differ between makers.
+        assert!(hit.triangle == 3 && (hit.t - 1.0).abs() <= f32::EPSILON, "{backend:?}: {hit:?}");
         assert!((hit.u - 0.2).abs() < 1e-6 && (hit.v - 0.2).abs() < 1e-6, "{backend:?}");
         assert_eq!(
             scene.closest(&Ray::new(Vec3::new(5.0, 0.2, 1.0), -Vec3::Z)),

@@ -6,7 +6,7 @@ use nearfar::length::Length;
 use nearfar::method::decompose::{DecomposeSettings, render};
 use nearfar::method::path::{self, PathSettings};
 use nearfar::method::stage::Inputs;
-use nearfar::photon::{Estimate, ProxySettings};
+use nearfar::proxy::{Estimate, ProxySettings};
 use nearfar::record::RecordSettings;
 use nearfar::run::Run;
 use nearfar::shading::{DirectSettings, World};

@@ -8,23 +8,22 @@ use nearfar::method::decompose::near::cells::{CellSum, NearTree};
 use nearfar::method::decompose::pass3::{Far, Pass3};
 use nearfar::method::decompose::{Context, DecomposeSettings, NearHits, Receiver, render};
 use nearfar::method::stage::Inputs;
-use nearfar::photon::CellRadiosity;
-use nearfar::photon::Proxy;
+use nearfar::proxy::{Landing, Proxy};
 use nearfar::radiometry::Rgb;
 use nearfar::record::{RecordSettings, camera_samples};
 use nearfar::run::Run;
 use nearfar::sampling::{Rng, Sobol, Stream, sample_uniform_hemisphere};
 use nearfar::sh::{basis, form_integral};
 use nearfar::shading::World;
-use nearfar::tessellate::Cells;
+use nearfar::tessellate::Side;
 
 use crate::support::{backends, small_room, world};
 
-fn random_radiosity(cells: &Cells) -> CellRadiosity {
+/// A proxy of random radiosity.
+fn random(w: &World, near_cell: f32) -> Proxy {
     let mut rng = Rng::new(3, Stream::Test, 0, 0);
-    let mut side =
-        || (0..cells.len()).map(|_| Rgb::new(rng.next_f32(), rng.next_f32(), 0.5)).collect();
-    CellRadiosity { front: side(), back: side(), ..CellRadiosity::default() }
+    let glow = |_, _| Rgb::new(rng.next_f32(), rng.next_f32(), 0.5);
+    Proxy::given(&w.geometry, near_cell, glow).unwrap()
 }
 
 /// Least squares with the squared-Laplacian ridge by Gaussian elimination: written apart from the
@@ -68,9 +67,7 @@ fn alpha_zero_is_a_plain_gather() {
     let scene = small_room();
     let w = world(&scene, backends()[0]);
     let run = Run::new(2).unwrap();
-    let cells = Cells::new(&w.geometry, 0.1).unwrap();
-    let radiosity = random_radiosity(&cells);
-    let proxy = Proxy { cells: &cells, radiosity: &radiosity };
+    let proxy = &random(&w, 0.1);
     let settings = DecomposeSettings {
         alpha: Length::Units(0.0),
         cluster_radius: Some(Length::Units(0.2)),
@@ -111,11 +108,7 @@ fn alpha_zero_is_a_plain_gather() {
                         return None;
                     }
                     let s = w.closest(&nearfar::math::Ray::new(points.p[m], wi))?;
-                    Some((
-                        wi,
-                        radiosity.get(cells.find(s.triangle, s.u, s.v), s.side).x
-                            / std::f32::consts::PI,
-                    ))
+                    Some((wi, proxy.read(&Landing::from(&s)).radiosity.x / std::f32::consts::PI))
                 })
                 .collect();
             fit_apart(&hits, settings.ridge)
@@ -158,9 +151,7 @@ fn alpha_zero_is_a_plain_gather() {
 #[test]
 fn alpha_infinity_is_the_sum_over_all_cells() {
     let w = world(&small_room(), backends()[0]);
-    let cells = Cells::new(&w.geometry, 0.2).unwrap();
-    let radiosity = random_radiosity(&cells);
-    let proxy = Proxy { cells: &cells, radiosity: &radiosity };
+    let proxy = &random(&w, 0.2);
     let settings = DecomposeSettings {
         alpha: Length::Units(f32::INFINITY),
         near_hits: NearHits::Ignore,
@@ -182,27 +173,27 @@ fn alpha_infinity_is_the_sum_over_all_cells() {
     for i in (0..samples.points.len()).step_by(53) {
         let (p, n) = (samples.points.p[i], samples.points.ns[i]);
         let alpha = f32::INFINITY;
-        let bundle = Bundle { members: &[i as u32], rays: 16, alpha, element: i as u64 };
+        let bundle = Bundle {
+            members: &[i as u32],
+            rays: 16,
+            alpha,
+            stream: Stream::Far,
+            element: i as u64,
+        };
         let sh = bundle.fit(&context, &samples.points);
         let cells_near = CellSum { tree: &tree, traced: false, alpha };
         let at = Receiver::of(&samples.points, i);
         let total = sh.irradiance(n) + cells_near.near(&context, &sh, &at, &mut rng).0;
         let mut expected = Rgb::ZERO;
-        for c in 0..cells.len() as u32 {
-            let v = cells.corners[c as usize].map(|q| q - p);
-            let facing = cells.normal(&w.geometry, c).dot(-v[0]);
-            if facing.abs() <= 1e-3 * cells.near_cell
-                || (facing < 0.0 && cells.one_sided[c as usize])
-            {
+        for f in proxy.facets() {
+            let v = f.corners.map(|q| q - p);
+            let facing = f.normal().dot(-v[0]);
+            if facing.abs() <= 1e-3 * proxy.piece_size() || (facing < 0.0 && f.one_sided) {
                 continue;
             }
-            let side = if facing > 0.0 {
-                nearfar::tessellate::Side::Front
-            } else {
-                nearfar::tessellate::Side::Back
-            };
-            expected +=
-                radiosity.get(c, side) * (form_integral(&v, n).abs() / std::f64::consts::PI) as f32;
+            let side = if facing > 0.0 { Side::Front } else { Side::Back };
+            let form_factor = form_integral(&v, n).abs() / std::f64::consts::PI;
+            expected += f.radiosity_of(side) * form_factor as f32;
         }
         assert!(
             (total - expected).abs().max_element() < 2e-3 * expected.max_element(),

@@ -11,17 +11,15 @@ use nearfar::method::decompose::pass3::{Far, Pass3};
 use nearfar::method::decompose::{
     Context, DecomposeSettings, Lengths, NearVisibility, Receiver, prepare, render,
 };
-use nearfar::method::gather::gather;
+use nearfar::method::final_gather::gather;
 use nearfar::method::stage::Inputs;
-use nearfar::photon::CellRadiosity;
-use nearfar::photon::Proxy;
+use nearfar::proxy::Proxy;
 use nearfar::radiometry::Rgb;
 use nearfar::record::{RecordSettings, ShadingPoints, camera_samples};
 use nearfar::run::Run;
 use nearfar::sampling::{Rng, Stream};
 use nearfar::scene::{Camera, Light, Mesh, Scene};
 use nearfar::sh::form_integral;
-use nearfar::tessellate::Cells;
 
 use crate::support::{backends, cuboid, grey, quad, world};
 
@@ -54,13 +52,7 @@ fn irradiance_under_plates(heights: &[f32], traced: bool) -> (f32, Vec<f32>) {
         ..Scene::default()
     };
     let w = world(&scene, backends()[0]);
-    let cells = Cells::new(&w.geometry, 0.1).unwrap();
-    let black = CellRadiosity {
-        front: vec![Rgb::ZERO; cells.len()],
-        back: vec![Rgb::ZERO; cells.len()],
-        ..CellRadiosity::default()
-    };
-    let proxy = Proxy { cells: &cells, radiosity: &black };
+    let proxy = &Proxy::given(&w.geometry, 0.1, |_, _| Rgb::ZERO).unwrap();
     // The far field is sampled from beside the plates, where the sky is all there is: constant, and
     // exactly so through the ridge.
     let mut points = ShadingPoints::default();
@@ -71,7 +63,8 @@ fn irradiance_under_plates(heights: &[f32], traced: bool) -> (f32, Vec<f32>) {
     }
     let (settings, run, alpha) = (DecomposeSettings::default(), Run::new(1).unwrap(), 10.0);
     let context = Context::new(&w, proxy, &settings, 0, &run);
-    let bundle = Bundle { members: &[0, 1], rays: settings.rays, alpha, element: 0 };
+    let bundle =
+        Bundle { members: &[0, 1], rays: settings.rays, alpha, stream: Stream::Far, element: 0 };
     let sh = bundle.fit(&context, &points);
     let at = Receiver { p: Vec3::ZERO, ng: Vec3::Y, ns: Vec3::Y, footprint: 0.0 };
     let cells_near = CellSum { tree: &NearTree::new(proxy), traced, alpha };
@@ -191,11 +184,8 @@ fn a_sheet_lit_on_one_side_does_not_shine_through() {
 fn leaks(scene: &Scene, bright: impl Fn(Vec3) -> bool, dark: impl Fn(Vec3) -> bool) -> [usize; 3] {
     let w = world(scene, *backends().last().unwrap());
     let run = Run::new(2).unwrap();
-    let cells = Cells::new(&w.geometry, 0.05).unwrap();
-    let glow: Vec<Rgb> =
-        cells.centroids.iter().map(|&p| if bright(p) { Rgb::ONE } else { Rgb::ZERO }).collect();
-    let radiosity = CellRadiosity { front: glow.clone(), back: glow, ..CellRadiosity::default() };
-    let proxy = Proxy { cells: &cells, radiosity: &radiosity };
+    let glow = |p: Vec3, _: Vec3| if bright(p) { Rgb::ONE } else { Rgb::ZERO };
+    let proxy = &Proxy::given(&w.geometry, 0.05, glow).unwrap();
     let record = RecordSettings { spp: 1, ..RecordSettings::default() };
     let points = camera_samples(&w, &record, &Default::default(), 0, &run).unwrap().points;
     let cluster_radius = Some(Length::Units(0.1));
@@ -347,7 +337,7 @@ fn surfaces_that_hide_each_other() {
             seed: 0,
         };
         let stage = prepare(&w, &default, inputs, &run).unwrap().stage;
-        let truth = gather(&w, stage.proxy(), &stage.samples.points, 1024, 1, &run).unwrap();
+        let truth = gather(&w, &stage.proxy, &stage.samples.points, 1024, 1, &run).unwrap();
         let truth = stage.samples.reflect(&truth);
         let indirect = |near_visibility| {
             render(&w, &DecomposeSettings { near_visibility, ..default.clone() }, inputs, &run)

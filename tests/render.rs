@@ -1,11 +1,17 @@
 //! The door: one call renders whatever the command line renders, and what it tells is typed.
 
+use glam::Vec3;
 use nearfar::accel::Backend;
 use nearfar::film::layer_of;
-use nearfar::render::Kept;
+use nearfar::math::{Frame, Ray, offset_origin};
+use nearfar::radiometry::Rgb;
+use nearfar::render::{Kept, SurfacePoints};
+use nearfar::sampling::{Rng, Stream, sample_cosine_hemisphere};
+use nearfar::scene::{Light, Mesh, Sides};
+use nearfar::shading::direct_irradiance;
 use nearfar::{Error, Method, RenderConfig, Renderer, Run, Scene, render};
 
-use crate::support::{program, small_room, temporary};
+use crate::support::{grey, program, quad, small_room, temporary};
 
 fn room() -> Scene {
     let mut scene = small_room();
@@ -120,4 +126,84 @@ fn the_command_line_renders_the_same_bits() {
     assert_eq!(ours.film.channels, theirs.channels);
     assert_eq!(ours.film.header["nearfar.settings"], theirs.header["nearfar.settings"]);
     std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// A floor under a constant sky with a lamp: both parts have closed forms.
+#[test]
+fn irradiance_at_points_in_closed_form() {
+    let mut floor = Mesh { sides: Sides::Two, ..Mesh::default() };
+    let far = 50.0;
+    let corners = [[-far, -far], [-far, far], [far, far], [far, -far]];
+    quad(&mut floor, corners.map(|[x, z]| Vec3::new(x, 0.0, z)), 0);
+    let lamp = Light::Point { position: Vec3::new(0.0, 2.0, 0.0), intensity: Rgb::splat(8.0) };
+    let sky = Light::Sky { radiance: Rgb::new(1.0, 2.0, 3.0) };
+    let scene = Scene {
+        meshes: vec![floor],
+        materials: vec![grey(0.5)],
+        lights: vec![lamp, sky],
+        ..Scene::default()
+    };
+    let run = Run::new(2).unwrap();
+    let config = config();
+    let renderer = Renderer::new(&scene, &config, &run).unwrap();
+    let points = SurfacePoints {
+        p: vec![Vec3::ZERO, Vec3::new(1.5, 0.0, 0.0), Vec3::Y],
+        n: vec![Vec3::Y, Vec3::Y * 7.0, -Vec3::Y],
+    };
+    let found = renderer.irradiance(&points).unwrap();
+    let sky = std::f32::consts::PI * Vec3::new(1.0, 2.0, 3.0);
+    // Straight below: I / d²; aside: I cos / d², cos = 2 / 2.5.
+    for (e, direct) in found.iter().zip([8.0 / 4.0, 8.0 * 0.8 / 6.25]) {
+        assert!((e.direct - direct).length() < 1e-4, "{e:?}");
+        assert!((e.indirect / sky - 1.0).length() < 1e-4, "{e:?}");
+        assert_eq!(e.total(), e.direct + e.indirect);
+    }
+    // Facing the floor: it reflects half of the sky's light, and of the lamp's what its solid
+    // angle under the point gathers.
+    let below = found[2];
+    assert_eq!(below.direct, Rgb::ZERO);
+    assert!(below.indirect.cmpgt(0.5 * sky).all(), "{below:?}");
+    let again = Renderer::new(&scene, &config, &run).unwrap().irradiance(&points).unwrap();
+    assert_eq!(found, again);
+    for (p, n) in [(vec![Vec3::ZERO], vec![]), (vec![Vec3::NAN], vec![Vec3::Y])] {
+        assert!(renderer.irradiance(&SurfacePoints { p, n }).is_err());
+    }
+    let flat = SurfacePoints { p: vec![Vec3::ZERO], n: vec![Vec3::ZERO] };
+    assert!(renderer.irradiance(&flat).unwrap_err().to_string().contains("point 0"));
+}
+
+/// In a room, irradiance at the points that a camera saw is what final gathering gave them.
+#[test]
+fn irradiance_at_points_agrees_with_path_tracing() {
+    let scene = room();
+    let run = Run::new(2).unwrap();
+    let text = "backend = \"bvh\"\n[gather]\nrays = 4096\n[direct]\nlight_samples = 4096";
+    let config = RenderConfig::from_table(text.parse().unwrap()).unwrap();
+    let p: Vec<Vec3> = [0.15, 0.5, 0.85].map(|x| Vec3::new(x, 0.0, 0.8)).to_vec();
+    let points = SurfacePoints { n: vec![Vec3::Y; p.len()], p };
+    let renderer = Renderer::new(&scene, &config, &run).unwrap();
+    let found = renderer.irradiance(&points).unwrap();
+    let world = renderer.world();
+    for (e, &p) in found.iter().zip(&points.p) {
+        let mut rng = Rng::new(3, Stream::Test, 0, 0);
+        let mut sum = Rgb::ZERO;
+        const PATHS: u32 = 40_000;
+        for _ in 0..PATHS {
+            let mut beta = Rgb::ONE;
+            let (mut at, mut ng, mut n) = (p, Vec3::Y, Vec3::Y);
+            for _ in 0..12 {
+                let local = sample_cosine_hemisphere(rng.next_2d());
+                let wi = Frame::from_normal(n).world_from_local(local);
+                let origin = offset_origin(at, ng, world.diagonal);
+                let Some(s) = world.closest(&Ray::new(origin, wi)) else { break };
+                beta *= s.albedo;
+                let mut sample = |_: u32| (rng.next_f32(), rng.next_2d());
+                sum += beta * direct_irradiance(world, s.p, s.ng, s.ns, 1, &mut sample).0;
+                (at, ng, n) = (s.p, s.ng, s.ns);
+            }
+        }
+        let truth = sum / PATHS as f32;
+        // The proxy's own noise and the noise of 40 000 paths, about 1 % each.
+        assert!((e.indirect / truth - 1.0).abs().max_element() < 0.05, "{e:?} {truth}");
+    }
 }

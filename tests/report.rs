@@ -35,7 +35,11 @@ fn ramp(gain: f32, width: u32) -> Film {
 fn put(dir: &Path, name: &str, film: &Film, method: &str, cpu_seconds: f64) {
     std::fs::create_dir_all(dir).unwrap();
     write_exr(film, &dir.join(format!("{name}.exr")), Precision::Full).unwrap();
-    let statistics = serde_json::json!({ "method": method, "cpu_seconds": cpu_seconds, "seconds": { "total": cpu_seconds / 2.0 } });
+    let statistics = serde_json::json!({
+        "method": method,
+        "cpu_seconds": cpu_seconds,
+        "seconds": { "total": cpu_seconds / 2.0 },
+    });
     std::fs::write(dir.join(format!("{name}.json")), statistics.to_string()).unwrap();
 }
 
@@ -147,8 +151,11 @@ fn open(dir: &Path, width: u32, height: u32) -> Option<Page> {
 
 /// The viewer's place on the screen: left, top, width, height.
 fn stage(page: &mut Page) -> [f64; 4] {
-    let found =
-        page.evaluate("(() => { const r = document.querySelector('.stage canvas').getBoundingClientRect(); return [r.left, r.top, r.width, r.height]; })()");
+    let found = page.evaluate(
+        "(() => { \
+        const r = document.querySelector('.stage canvas').getBoundingClientRect(); \
+        return [r.left, r.top, r.width, r.height]; })()",
+    );
     std::array::from_fn(|i| found[i].as_f64().unwrap())
 }
 

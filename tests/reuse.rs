@@ -15,7 +15,7 @@ use nearfar::method::decompose::{
 };
 use nearfar::method::key::Key;
 use nearfar::method::stage::Inputs;
-use nearfar::photon::ProxySettings;
+use nearfar::proxy::ProxySettings;
 use nearfar::radiometry::Rgb;
 use nearfar::record::RecordSettings;
 use nearfar::run::Run;
@@ -162,9 +162,11 @@ fn another_camera_adds_what_it_sees_first_and_looks_as_if_fresh() {
             && extended.sampled.clusters.center[..first.sampled.sh.len()]
                 == first.sampled.clusters.center
     );
-    let (old, new) = (&first.stage.radiosity, &extended.stage.radiosity);
-    for c in 0..old.len() {
-        assert!(!old.gathered[2 * c] || (old.front[c] == new.front[c] && new.gathered[2 * c]));
+    let (old, new) = (first.stage.proxy.saved(), extended.stage.proxy.saved());
+    for ((light, gathered), (light_now, gathered_now)) in old.rows().zip(new.rows()) {
+        // Front: bit 0, the first three floats.
+        let kept = light[..3] == light_now[..3] && gathered_now[0] & 1 != 0;
+        assert!(gathered[0] & 1 == 0 || kept);
     }
     let fresh = picture(&w, &s.decompose, &fresh, 5, &run).unwrap().film;
     let mut noise = s.inputs(&w);
@@ -275,9 +277,10 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
     damaged.sampled.sh[3].0[0].x = f32::NAN;
     save(&file, &own, &damaged, &s.decompose).unwrap();
     refused(&own, "cluster 3 is damaged");
-    let mut damaged = known;
-    damaged.radiosity.back[2].y = -1.0;
-    save(&file, &own, &damaged, &s.decompose).unwrap();
+    // The cells are the last element: 13 floats and a byte each. The second float is damaged.
+    let at = good.len() - (known.proxy.len() - 2) * 53 + 4;
+    let bytes = [&good[..at], &(-1.0f32).to_le_bytes(), &good[at + 4..]].concat();
+    std::fs::write(&file, bytes).unwrap();
     refused(&own, "cell 2 is damaged");
 }
 

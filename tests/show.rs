@@ -1,10 +1,10 @@
-//! `nearfar show` on points, looked at by a browser.
+//! `nearfar cloud show`, looked at by a browser.
 
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
+use nearfar::cloud::{Cloud, write_cloud};
 use nearfar::page::viewer::{Table, write_page};
-use nearfar::points::{Cloud, write_cloud};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 

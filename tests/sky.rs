@@ -247,10 +247,10 @@ fn path_tracing_and_the_split_agree_for_any_method() {
     };
     let (truth, truth_direct) = render("path", &["--spp", "256"]);
     // Not local-correction: its lights cast no shadows and its ambient field is set by hand.
-    for method in ["decomposition", "irradiance-cache", "points"] {
+    for method in ["decomposition", "irradiance-cache", "point-based"] {
         let (whole, direct) = render(method, &[]);
         // Points stand discs for surfaces: a few per cent are theirs by design.
-        let bound = if method == "points" { 0.1 } else { 0.03 };
+        let bound = if method == "point-based" { 0.1 } else { 0.03 };
         assert!((whole / truth - 1.0).abs() < bound, "{method}: {whole} {truth}");
         if let (Some(a), Some(b)) = (direct, truth_direct) {
             assert!((a / b - 1.0).abs() < 0.03, "{method} direct: {a} {b}");

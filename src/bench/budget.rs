@@ -1,8 +1,8 @@
 //! Where the error of a decomposition picture sits: one part at a time is swapped for an exact one.
 //!
-//! The first row is the picture itself: all its pixels, the figures of `nearfar compare` to the last
-//! bit (before any denoising). The others are the final image on a lattice of pixels, against the
-//! same ground truth. They differ in the irradiance at the shading points:
+//! The first row is the picture itself: all its pixels, the figures of `nearfar compare` to the
+//! last bit (before any denoising). The others are the final image on a lattice of pixels, against
+//! the same ground truth. They differ in the irradiance at the shading points:
 //!
 //! * "as rendered, on the lattice": the picture's own; the row that the next ones compare with.
 //! * "exact direct light": the same, with 16 times the shadow rays in the direct light.
@@ -24,7 +24,7 @@ use crate::method::decompose::pass3::{Far, Near, Pass3, PointIrradiance};
 use crate::method::decompose::{
     Context, DecomposeSettings, Lengths, NearVisibility, Prepared, picture, prepare,
 };
-use crate::method::gather::gather;
+use crate::method::final_gather::gather;
 use crate::method::stage::Inputs;
 use crate::radiometry::Rgb;
 use crate::record::{CameraSamples, camera_samples_where};

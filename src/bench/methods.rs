@@ -253,7 +253,8 @@ impl Display for MethodsReport {
         if let Some(rays) = self.gather_reference_rays {
             writeln!(
                 f,
-                "to gather: relMSE without 0.1 % against {rays} rays per point through the proxy of the scene's own lengths"
+                "to gather: relMSE without 0.1 % against {rays} rays per point through the proxy \
+                 of the scene's own lengths"
             )?;
         }
         writeln!(
@@ -298,7 +299,8 @@ impl Display for MethodsReport {
             let gather = or_dash(r.error(Against::Gather).map(|e| format!("{e:.3e}")));
             writeln!(
                 f,
-                "{:<18} {knob:<22} {:>9.2} {:>9.2} {places:>9} {:>9.2} {cost:>9} {relmse:>10} {trimmed:>11} {spread:>9} {bias:>8} {flip:>7} {gather:>11}{holes}",
+                "{:<18} {knob:<22} {:>9.2} {:>9.2} {places:>9} {:>9.2} {cost:>9} {relmse:>10} \
+                 {trimmed:>11} {spread:>9} {bias:>8} {flip:>7} {gather:>11}{holes}",
                 r.line,
                 r.cpu_seconds,
                 r.wall_seconds,
@@ -309,7 +311,8 @@ impl Display for MethodsReport {
             let (relmse, trimmed, spread, bias, flip, holes) = errors(p.truth);
             writeln!(
                 f,
-                "{:<41} {:>9.2} {:>9} {:>9} {:>9} {:>9} {relmse:>10} {trimmed:>11} {spread:>9} {bias:>8} {flip:>7} {:>11}{holes}",
+                "{:<41} {:>9.2} {:>9} {:>9} {:>9} {:>9} {relmse:>10} {trimmed:>11} {spread:>9} \
+                 {bias:>8} {flip:>7} {:>11}{holes}",
                 p.name, p.cpu_seconds, "-", "-", "-", "-", "-"
             )?;
         }
@@ -349,7 +352,8 @@ impl Verdict {
             head(
                 f,
                 &format!(
-                    "CPU seconds over those of {base}, at equal error to the {reference} (≤, ≥: a cheapest point is better; e: extended by 1/samples)"
+                    "CPU seconds over those of {base}, at equal error to the {reference} (≤, ≥: a \
+                     cheapest point is better; e: extended by 1/samples)"
                 ),
                 &levels,
             )?;

@@ -1,11 +1,11 @@
 //! Rays as a render would shoot them, recorded so that every backend can be given the same ones.
 //!
-//! | Stream | Query | Rays |
-//! |---|---|---|
-//! | camera | closest | pixels in rows, one sample each, as often as needed |
-//! | shadow | any | from what the camera sees to a point on a light, or a cosine direction where no light can be sampled |
-//! | photon | closest | from lights (or random points of the scene without any), up to four diffuse bounces: incoherent |
-//! | gather | closest | 16 cosine directions at each of the points that the camera sees |
+//! * camera (closest hit): pixels in rows, one sample each, as often as needed;
+//! * shadow (any hit): from what the camera sees to a point on a light, or in a cosine direction
+//!   where no light can be sampled;
+//! * photon (closest hit): from lights (or random points of the scene without any), up to four
+//!   diffuse bounces: incoherent;
+//! * gather (closest hit): 16 cosine directions at each of the points that the camera sees.
 //!
 //! Guarantee: a stream depends on scene, seed and count only.
 
@@ -81,7 +81,7 @@ fn shadow_rays(world: &World, seen: &[Surface], count: usize, seed: u64) -> Vec<
     (0..take)
         .map(|i| {
             let surface = &seen[i % seen.len()];
-            let mut rng = Rng::new(seed, Key::Test, i as u64, 1 << 32);
+            let mut rng = Rng::new(seed, Key::BenchShadow, i as u64, 0);
             let origin = surface.ray(surface.ng, world.diagonal).origin;
             let light = world.lights.sample(origin, surface.ns, rng.next_f32(), rng.next_2d());
             light.map_or_else(|| cosine_ray(world, surface, &mut rng), |l| l.ray)
@@ -95,7 +95,7 @@ fn photon_rays(world: &World, count: usize, seed: u64) -> Vec<Ray> {
         return rays;
     }
     for photon in 0.. {
-        let mut rng = Rng::new(seed, Key::Test, photon, 2 << 32);
+        let mut rng = Rng::new(seed, Key::BenchPhoton, photon, 0);
         let emitted = world.lights.emit_photon(rng.next_f32(), rng.next_2d(), rng.next_2d());
         let mut ray = emitted.map_or_else(
             || {
@@ -125,7 +125,7 @@ fn gather_rays(world: &World, seen: &[Surface], count: usize, seed: u64) -> Vec<
     let stride = (seen.len() * GATHER / count.max(1)).max(1);
     (0..take)
         .map(|i| {
-            let mut rng = Rng::new(seed, Key::Test, i as u64, 3 << 32);
+            let mut rng = Rng::new(seed, Key::BenchGather, i as u64, 0);
             cosine_ray(world, &seen[(i / GATHER * stride) % seen.len()], &mut rng)
         })
         .collect()

@@ -61,8 +61,7 @@ pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, Strin
         _ => {
             return Err(format!(
                 "there is no builtin \"{name}\"; there are: atrium, cathedral, foliage, fur, \
-                 hairball, \
-                 interior, slats, study, subdivision"
+                 hairball, interior, slats, study, subdivision"
             ));
         }
     };

@@ -9,6 +9,7 @@ use clap::Args;
 use super::methods::{self, MethodsOptions};
 use super::options::SceneOptions;
 use super::{budget, check_writable};
+use crate::atomic_file;
 use crate::bench::backends::{BackendBenchSettings, bench_backends};
 use crate::error::{Error, Result};
 use crate::shading::World;
@@ -34,10 +35,20 @@ pub(super) struct BenchArgs {
     #[arg(long, value_name = "REF.exr")]
     reference: Option<PathBuf>,
     /// --budget looks at every n-th pixel in x and y.
-    #[arg(long, default_value_t = 8, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(
+        long,
+        default_value_t = 8,
+        value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..)
+    )]
     stride: u32,
     /// Rays of the exact gathers of --budget.
-    #[arg(long, default_value_t = 4096, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(
+        long,
+        default_value_t = 4096,
+        value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+    )]
     gather_rays: u32,
     /// Rays of each kind.
     #[arg(long, default_value_t = BackendBenchSettings::default().rays, value_name = "N")]
@@ -46,7 +57,13 @@ pub(super) struct BenchArgs {
     #[arg(long, value_name = "N")]
     rounds: Option<usize>,
     /// Print JSON in place of the table; with =FILE write it there, beside the table.
-    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "-", value_name = "FILE")]
+    #[arg(
+        long,
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "-",
+        value_name = "FILE"
+    )]
     json: Option<PathBuf>,
     #[command(flatten)]
     sweeps: MethodsOptions,
@@ -65,8 +82,7 @@ fn show(
     match to {
         Some(path) if path == Path::new("-") => println!("{}", text()?),
         Some(path) => {
-            std::fs::write(path, text()? + "\n")
-                .map_err(|source| Error::Io { path: path.into(), source })?;
+            atomic_file::write_bytes(path, text()? + "\n")?;
             print!("{table}");
         }
         None => print!("{table}"),

@@ -39,7 +39,12 @@ pub(super) struct FlyArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     to_target: Option<Vec3>,
     /// Frames, the first and the last view included.
-    #[arg(long, default_value_t = 24, value_name = "N", value_parser = clap::value_parser!(u32).range(1..100_000))]
+    #[arg(
+        long,
+        default_value_t = 24,
+        value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..100_000)
+    )]
     frames: u32,
     /// Folder for frame_0001.exr and so on; made if it is not there.
     #[arg(short, long, value_name = "FOLDER")]

@@ -2,9 +2,9 @@
 //! on where it stopped.
 //!
 //! CPU seconds are user and system seconds of the whole child (loading, building and ending
-//! included), as the system books them when the child has been waited for. A child is told the value
-//! of every setting, as this process resolved them: what the scene file, `--set`, `--quality` and
-//! the configuration itself give, and all that follows from these. A configuration's image and
+//! included), as the system books them when the child has been waited for. A child is told the
+//! value of every setting, as this process resolved them: what the scene file, `--set`, `--quality`
+//! and the configuration itself give, and all that follows from these. A configuration's image and
 //! figures lie in the work folder under a name that holds a fingerprint of everything that decides
 //! them: the scene as loaded, method and settings, backend, threads, and the program's own file.
 //! Another fingerprint is another file, so nothing stale is ever read; a run that was stopped
@@ -22,6 +22,7 @@ use serde_json::Value;
 use toml::Table;
 
 use super::options::{Job, SceneOptions};
+use crate::atomic_file;
 use crate::config::{self, RenderConfig};
 use crate::error::{Error, Result};
 use crate::method::Method;
@@ -204,8 +205,8 @@ impl Workshop {
         let (to, figures) = (self.image(configuration), self.file(configuration, "json"));
         // The image first: figures without an image count as nothing known.
         std::fs::rename(&image, &to).map_err(io(&to))?;
-        std::fs::write(&stats, text + "\n").map_err(io(&stats))?;
-        std::fs::rename(&stats, &figures).map_err(io(&figures))?;
+        atomic_file::write_bytes(&figures, text + "\n")?;
+        std::fs::remove_file(&stats).map_err(io(&stats))?;
         Ok(known)
     }
 }

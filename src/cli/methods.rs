@@ -12,6 +12,7 @@ use toml::{Table, Value};
 use super::check_writable;
 use super::measure::{Configuration, Measured, Workshop};
 use super::options::{Job, SceneOptions};
+use crate::atomic_file;
 use crate::bench::chart::chart;
 use crate::bench::methods::{Against, ForeignPoint, MethodsReport, Row, verdict};
 use crate::compare::{Comparison, Reference, Truth, compare, read_reference};
@@ -31,14 +32,31 @@ pub(super) struct MethodsOptions {
     only: Vec<String>,
     /// Values of a line's knob, or of another KEY, which makes a line of its own; further settings
     /// after ";". May be repeated.
-    #[arg(long, requires = "methods", value_name = "LINE[:KEY]=V,V[;KEY=V]", value_parser = parse_sweep)]
+    #[arg(
+        long,
+        requires = "methods",
+        value_name = "LINE[:KEY]=V,V[;KEY=V]",
+        value_parser = parse_sweep
+    )]
     sweep: Vec<Sweep>,
     /// Measure errors also to a gather of so many rays per point through the same proxy: what
     /// decomposition and caching can at best reach.
-    #[arg(long, requires = "methods", num_args = 0..=1, default_missing_value = "4096", value_name = "RAYS", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    #[arg(
+        long,
+        requires = "methods",
+        num_args = 0..=1,
+        default_missing_value = "4096",
+        value_name = "RAYS",
+        value_parser = clap::value_parser!(u32).range(1..=1 << 20)
+    )]
     gather_reference: Option<u32>,
     /// An image of another renderer and its CPU seconds; may be repeated.
-    #[arg(long, requires = "methods", value_name = "NAME,SECONDS,FILE.exr", value_parser = parse_point)]
+    #[arg(
+        long,
+        requires = "methods",
+        value_name = "NAME,SECONDS,FILE.exr",
+        value_parser = parse_point
+    )]
     point: Vec<Point>,
     /// Work folder: images and figures stay there, and are used again; default out/bench-SCENE.
     #[arg(long, requires = "methods", value_name = "DIR")]
@@ -320,7 +338,11 @@ pub(super) fn run(
     cancel: &Arc<AtomicBool>,
 ) -> Result<MethodsReport> {
     if reference.is_none() && options.gather_reference.is_none() {
-        return Err(Error::Usage("bench --methods needs something to measure errors to: --reference TRUTH.exr, or --gather-reference".into()));
+        return Err(Error::Usage(
+            "bench --methods needs something to measure errors to: \
+            --reference TRUTH.exr, or --gather-reference"
+                .into(),
+        ));
     }
     if let Some(path) = &options.chart {
         check_writable(path)?;
@@ -375,8 +397,7 @@ pub(super) fn run(
         points,
     };
     if let Some(path) = &options.chart {
-        std::fs::write(path, chart(&report)?)
-            .map_err(|source| Error::Io { path: path.into(), source })?;
+        atomic_file::write_bytes(path, chart(&report)?)?;
     }
     Ok(report)
 }

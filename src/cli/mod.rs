@@ -10,13 +10,13 @@
     reason = "the command line is where output goes and the process ends"
 )]
 
-mod bake;
 mod bench;
 mod budget;
+mod cloud;
 mod compare;
 mod export;
 mod fly;
-mod gather;
+mod gallery;
 mod info;
 mod measure;
 mod methods;
@@ -32,7 +32,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 
 use crate::error::{Error, Result};
 
@@ -64,21 +64,34 @@ enum Command {
     Show(show::ShowArgs),
     /// Measure ray backends and methods.
     Bench(bench::BenchArgs),
-    /// Bake surface elements (position, normal, area, light) of all surfaces into a point cloud
-    /// (PLY).
-    Bake(bake::BakeArgs),
-    /// Gather occlusion, bent normals, indirect light or sky from a baked cloud: no ray but the
-    /// camera's.
-    Gather(gather::GatherArgs),
+    /// Surfaces as a cloud of discs: bake it, gather from it, look at it.
+    Cloud(cloud::CloudArgs),
+    #[command(hide = true, disable_help_flag = true)]
+    Bake(Renamed),
+    #[command(hide = true, disable_help_flag = true)]
+    Gather(Renamed),
     /// Make one HTML page of a folder of renders: pairs with a divider, differences, FLIP, errors,
     /// times.
     Report(report::ReportArgs),
+    /// Render every scene of the checkout by several methods, and one page of it all.
+    Gallery(gallery::GalleryArgs),
     /// Write a scene for other renderers (Mitsuba 3).
     Export(export::ExportArgs),
     /// Tell what a scene holds and what is odd about it.
     Info(info::InfoArgs),
     /// List the settings: key, type, default, range, unit, meaning.
     Settings(settings::SettingsArgs),
+}
+
+/// Whatever is given to a command that has another name now.
+#[derive(Debug, Args)]
+struct Renamed {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
+    arguments: Vec<std::ffi::OsString>,
+}
+
+fn renamed(old: &str, new: &str) -> Error {
+    Error::Usage(format!("nearfar {old} is now nearfar {new}; its options are the same"))
 }
 
 /// A reader that has seen enough (`nearfar compare … | head`) ends the program, as it does for
@@ -125,8 +138,10 @@ pub fn run() -> ExitCode {
         Command::Compare(args) => compare::compare(&args),
         Command::Show(args) => show::show(&args),
         Command::Bench(args) => bench::bench(&args, &cancel),
-        Command::Bake(args) => bake::write(&args, &cancel),
-        Command::Gather(args) => gather::gather(&args, &cancel),
+        Command::Cloud(args) => cloud::cloud(&args, &cancel),
+        Command::Bake(_) => Err(renamed("bake", "cloud bake")),
+        Command::Gather(_) => Err(renamed("gather", "cloud gather")),
+        Command::Gallery(args) => gallery::gallery(&args, &cancel),
         Command::Report(args) => report::write(&args, &cancel),
         Command::Export(args) => export::write(&args),
         Command::Info(args) => info::info(&args, &cancel),
@@ -196,7 +211,7 @@ fn check_writable(path: &std::path::Path) -> Result<()> {
 fn write_json(path: &std::path::Path, value: &impl serde::Serialize) -> Result<()> {
     let text = serde_json::to_string_pretty(value)
         .map_err(|e| Error::Render(format!("{}: {e}", path.display())))?;
-    std::fs::write(path, text + "\n").map_err(|source| Error::Io { path: path.into(), source })
+    crate::atomic_file::write_bytes(path, text + "\n")
 }
 
 #[cfg(test)]

@@ -52,7 +52,7 @@ pub(super) struct OutputOptions {
 /// Layers that some method or a later step writes.
 fn all_layers() -> Vec<Layer> {
     let of_methods = Method::ALL.into_iter().flat_map(Method::layers);
-    let more = [super::gather::TRACED, crate::denoise::NOISY];
+    let more = [super::cloud::TRACED, crate::denoise::NOISY];
     let mut all: Vec<Layer> = Vec::new();
     for layer in of_methods.chain(more) {
         if !all.iter().any(|l| l.name == layer.name) {

@@ -159,9 +159,8 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     write_samples(args, &rendered)?;
     if let Some(path) = &args.photons {
         let world = renderer.world();
-        let near_cell = job.config.inputs(world.diagonal).near_cell;
-        let (settings, seed) = (&job.config.proxy, job.config.seed);
-        photon_map::write_photons(world, near_cell, settings, seed, path, &job.run)?;
+        let inputs = job.config.inputs(world.diagonal).proxy();
+        photon_map::write_photons(world, inputs, path, &job.run)?;
     }
     finish(&args.output, &job, rendered)
 }

@@ -8,8 +8,8 @@ use clap::Args;
 
 use super::options::with_bar;
 use super::{check_writable, tell};
-use crate::error::{Error, Result};
-use crate::film::atomically;
+use crate::atomic_file;
+use crate::error::Result;
 use crate::page::report::page;
 use crate::run::Run;
 
@@ -36,9 +36,7 @@ pub(super) fn write(args: &ReportArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     let run = with_bar(Run::new(0)?, args.quiet, cancel);
     let html = page(&args.dir, &run)?;
     tell(false, &[], &run.warnings());
-    atomically(&output, |temporary| {
-        std::fs::write(temporary, html).map_err(|source| Error::Io { path: output.clone(), source })
-    })?;
+    atomic_file::write_bytes(&output, html)?;
     println!("{}", output.display());
     Ok(())
 }

@@ -1,4 +1,7 @@
-//! `nearfar show`: layers of images as PNG, side by side; a file of points as a page for a browser.
+//! `nearfar show`: layers of images as one PNG, side by side.
+//!
+//! Colour layers are shown as they are, vectors from −1..1 mapped to 0..1, ids in hashed colours
+//! and other scalars grey from their least to their greatest value.
 
 use std::path::{Path, PathBuf};
 
@@ -7,20 +10,17 @@ use clap::Args;
 use super::check_writable;
 use crate::error::{Error, Result};
 use crate::film::{Film, read_exr, write_png_rgb};
-use crate::page::viewer::{Table, write_page};
 use crate::radiometry::Rgb;
-use crate::run::Run;
 use crate::sampling::hash64;
 
 /// Options of `nearfar show`.
 #[derive(Debug, Args)]
 pub(super) struct ShowArgs {
-    /// Images: OpenEXR, of equal height. Or one file of points (PLY): discs of `bake`, clusters and
-    /// records of `--save-cache`, samples of `--locations`, photons of `--photons`, or any other's.
+    /// Images: OpenEXR, of equal height.
     #[arg(required = true, value_name = "FILE")]
     images: Vec<PathBuf>,
-    /// Picture to write, or for points the page: default NAME.html beside NAME.ply.
-    #[arg(short, long, value_name = "OUT")]
+    /// Picture to write.
+    #[arg(short, long, value_name = "OUT.png")]
     output: Option<PathBuf>,
     /// Layer to show: a colour layer (`far`), a vector (`N`), or one channel (`cluster.id`,
     /// `depth.Z`) in false colours; default the beauty.
@@ -37,8 +37,11 @@ pub(super) struct ShowArgs {
 /// # Errors
 /// Unreadable images, unknown layers, unequal heights.
 pub(super) fn show(args: &ShowArgs) -> Result<()> {
-    if args.images.iter().any(|path| has_extension(path, "ply")) {
-        return show_points(args);
+    if let Some(path) = args.images.iter().find(|path| has_extension(path, "ply")) {
+        return Err(Error::Usage(format!(
+            "{}: points (PLY) are shown by nearfar cloud show",
+            path.display()
+        )));
     }
     let Some(output) = &args.output else {
         return Err(Error::Usage("images become one picture: name it with -o OUT.png".into()));
@@ -83,31 +86,8 @@ pub(super) fn show(args: &ShowArgs) -> Result<()> {
     write_png_rgb(&rows.concat(), width, height, output, args.exposure)
 }
 
-fn has_extension(path: &Path, extension: &str) -> bool {
+pub(super) fn has_extension(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
-}
-
-/// One file of points as a page.
-fn show_points(args: &ShowArgs) -> Result<()> {
-    let [path] = args.images.as_slice() else {
-        return Err(Error::Usage("points are shown one file at a time: give one PLY file".into()));
-    };
-    if !args.layer.is_empty() || args.dots.is_some() || args.exposure != 0.0 {
-        return Err(Error::Usage("--layer, --dots and --exposure are for images; channel and exposure of points are chosen in the page".into()));
-    }
-    let output = args.output.clone().unwrap_or_else(|| path.with_extension("html"));
-    if !has_extension(&output, "html") && !has_extension(&output, "htm") {
-        return Err(Error::Usage(format!(
-            "{}: points become a page; name it OUT.html",
-            output.display()
-        )));
-    }
-    check_writable(&output)?;
-    let title = path.file_name().unwrap_or_default().to_string_lossy();
-    let (run, table) = (Run::new(0)?, Table::read(path)?);
-    run.install(|| write_page(&table, &title, &output))?;
-    println!("{}", output.display());
-    Ok(())
 }
 
 /// Puts a dot where a mark is not zero, of one colour at every exposure.

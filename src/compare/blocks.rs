@@ -14,8 +14,7 @@
 //!
 //! The standard error holds the noise of the reference, the noise of the picture, and how much the
 //! error differs from place to place: it says how well the mean is known as a property of pictures
-//! like this one. It does not hold what all blocks share, such as the error of a cleaned
-//! denominator.
+//! like this one. It does not hold what all blocks share.
 
 /// Widest block, in pixels.
 const WIDEST: usize = 32;

@@ -3,18 +3,21 @@
 //! Computes   c₀ = F₁(half0) and c₁ = F₀(half1). F₁ averages pixels of its input with weights that
 //!            are taken from half1, F₀ with weights from half0: each half says which pixels of the
 //!            other belong together, so a weight never follows the noise that it averages, and
-//!            bright samples are not mistaken for structure of their own.
+//!            bright samples are not mistaken for structure of their own. A pixel's own value
+//!            counts for next to nothing: what stands in its place must not know its noise, or a
+//!            denominator made of it would be large exactly where the numerator is (without this
+//!            rule the error of a picture read 0.001 for 0.009 against 256 samples of a room).
 //! Method     Non-local means ([Buades, Coll, Morel 2005]) with the distance of [Rousselle, Knaus,
 //!            Zwicker 2012] over patches of 7×7 pixels in a window of 15×15:
 //!            d² = ((u_p − u_q)² − (v_p + min(v_p, v_q))) / (10⁻⁴ m² + 0.45² (v_p + v_q)),
-//!            weight e^(−max(0, mean d²)), u a pixel of the guiding half, v its variance, m the mean
-//!            of the picture. The variance is half the squared difference of the halves, averaged
-//!            over 5×5 pixels.
+//!            weight e^(−max(0, mean d²)), u a pixel of the guiding half, v its variance, m the
+//!            mean of the picture. The variance is half the squared difference of the halves,
+//!            averaged over 5×5 pixels.
 //! Input      two images of width · height pixels with independent noise of equal size. Output
 //!            two images. Guarantees the same bits for any number of threads.
-//! Not        as good as a trained denoiser that knows albedo and normals: textures below the noise
-//!            are blurred. It serves as a denominator, where a tenth of a pixel's value matters
-//!            little.
+//! Not        exact: the weights of half1 know its noise a little. Not as good as a trained
+//!            denoiser that knows albedo and normals: textures below the noise are blurred. It
+//!            serves as a denominator, where a tenth of a pixel's value matters little.
 //! Cost       225 · 2 passes over the picture, about 8 µs of CPU a pixel; 100 B a pixel of memory.
 
 use rayon::prelude::*;
@@ -29,6 +32,8 @@ const WINDOW: isize = 7;
 const SMOOTH: usize = 2;
 /// Damping of the distance by the noise; 0.45 as published.
 const DAMPING: f32 = 0.45;
+/// Weight of a pixel's own value: nothing, but where no other is like it.
+const OWN: f32 = 1e-3;
 /// Rows that one task filters.
 const ROWS: usize = 16;
 
@@ -112,12 +117,12 @@ fn filter(input: &[Rgb], guide: &Guide<'_>, grid: Grid) -> Vec<Rgb> {
                 if x < 0 || y < 0 || x >= grid.width as isize || y >= grid.height as isize {
                     continue;
                 }
-                let weight = (-d.max(0.0)).exp();
+                let weight = if (dx, dy) == (0, 0) { OWN } else { (-d.max(0.0)).exp() };
                 out[i] += input[grid.at(x, y)] * weight;
                 weights[i] += weight;
             }
         }
-        // The pixel itself has weight 1: no sum is zero.
+        // The pixel itself has a weight: no sum is zero.
         out.iter_mut().zip(&weights).for_each(|(c, w)| *c /= *w);
     });
     out

@@ -18,7 +18,9 @@
 //! Not         defined for NaN and infinities: pixels with any in the picture or the reference are
 //!             left out and counted in `non_finite`.
 //! Error       standard errors are those of means over blocks (`blocks`): they hold the noise of
-//!             the reference as well as the unevenness of the error.
+//!             the reference as well as the unevenness of the error. What all blocks share, the
+//!             error of the cleaned denominators, is told by how far relMSE by the one cleaned half
+//!             is from that by the other: half of the difference is added in squares.
 
 use super::blocks::Estimate;
 use super::truth::Truth;
@@ -89,8 +91,17 @@ pub fn errors_at(pixels: &[u32], values: &[Rgb], truth: &Truth) -> Errors {
     let mean = |of: &dyn Fn(&(usize, Rgb)) -> f64| {
         truth.blocks.mean(finite.iter().map(|pixel| (pixel.0, of(pixel))))
     };
-    let relative = |pixel: &(usize, Rgb)| truth.relative(pixel.0, square(pixel));
-    let relmse = mean(&relative);
+    let relative = |keep: &dyn Fn(usize) -> bool| {
+        let kept = || (0..finite.len()).filter(|&k| keep(k)).map(|k| &finite[k]);
+        let [first, second] = [0, 1].map(|half| {
+            let of = |p: &(usize, Rgb)| truth.relative_by_half(p.0, square(p))[half];
+            kept().map(of).sum::<f64>() / kept().count() as f64
+        });
+        let of = |p: &(usize, Rgb)| (p.0, truth.relative(p.0, square(p)));
+        let Estimate { value, standard_error } = truth.blocks.mean(kept().map(of));
+        Estimate { value, standard_error: standard_error.hypot(0.5 * (first - second)) }
+    };
+    let relmse = relative(&|_| true);
     let mse = mean(&|pixel| of_channels(square(pixel)));
     let quiet = truth.quiet();
     let mae = mean(&|&(i, x)| of_channels((x.as_dvec3() - quiet[i].as_dvec3()).abs()));
@@ -98,14 +109,12 @@ pub fn errors_at(pixels: &[u32], values: &[Rgb], truth: &Truth) -> Errors {
     let bias = mean(&|&(i, x)| of_channels(x.as_dvec3() - r[i].as_dvec3()));
     let of_level = |v: f64| if truth.level == 0.0 { 0.0 } else { v / truth.level };
     let keep = worst_left_out(&finite, truth);
-    let left = finite.iter().zip(&keep).filter(|(_, keep)| **keep);
-    let trimmed = truth.blocks.mean(left.map(|(pixel, _)| (pixel.0, relative(pixel))));
-    let Estimate { value, standard_error } = trimmed;
+    let trimmed = relative(&|k| keep[k]);
     Errors {
         relmse: relmse.value,
         relmse_standard_error: relmse.standard_error,
-        relmse_trimmed: value,
-        relmse_trimmed_standard_error: standard_error,
+        relmse_trimmed: trimmed.value,
+        relmse_trimmed_standard_error: trimmed.standard_error,
         bias: of_level(bias.value),
         bias_standard_error: of_level(bias.standard_error),
         mse: mse.value,
@@ -197,7 +206,7 @@ mod tests {
         let image: Vec<Rgb> = exact
             .iter()
             .zip(0u32..)
-            .map(|(&c, i)| c * if i % width / 8 % 2 == 0 { 1.05 } else { 0.97 })
+            .map(|(&c, i)| c * if (i % width / 8).is_multiple_of(2) { 1.05 } else { 0.97 })
             .collect();
         let noisy = |seed| -> Vec<Rgb> {
             let mut rng = Rng::new(seed, Stream::Test, 0, 0);

@@ -1,7 +1,8 @@
 //! How much the light on things that stand still changes from frame to frame.
 //!
 //! ```text
-//! temporal variance = mean over static points and channels of (E' − E)² / (((E + E') / 2)² + 0.01 m²)        m: mean of E over the frame
+//! temporal variance = mean over static points and channels of
+//!                     (E' − E)² / (((E + E') / 2)² + 0.01 m²)        m: mean of E over the frame
 //! ```
 //! E is the indirect irradiance of a pixel, E' that of the same surface point in the next frame:
 //! the pixel's position is projected there, and E' is interpolated among the four pixels around,

@@ -1,9 +1,9 @@
 //! How far a picture is from a reference, and how far the frames of a film are from each other.
 //!
 //! A reference is read ([`read_reference`]), cleaned of its noise and thus made a [`Truth`]; all
-//! figures of a picture are taken against that by [`errors`] and [`octaves`]. This is the only place
-//! where relMSE is computed: `nearfar compare`, `bench`, `report` and the tests use it. Computes;
-//! never prints.
+//! figures of a picture are taken against that by [`errors`] and [`octaves`]. This is the only
+//! place where the relMSE of a picture is computed: `nearfar compare`, `bench`, `report` and the
+//! tests use it. The room computes and never prints.
 //!
 //! | File | What it holds |
 //! |---|---|

@@ -168,16 +168,19 @@ impl Truth {
 
     /// Mean over channels of a square at a pixel, made relative.
     pub(super) fn relative(&self, pixel: usize, square: DVec3) -> f64 {
-        let [a, b] = &self.cleaned_halves;
-        self.relative_to(square, [a[pixel].as_dvec3(), b[pixel].as_dvec3()])
+        let [a, b] = self.relative_by_half(pixel, square);
+        0.5 * (a + b)
     }
 
-    /// Mean over channels of a square, made relative to any c₀ and c₁.
-    pub(super) fn relative_to(&self, square: DVec3, clean: [DVec3; 2]) -> f64 {
-        let [a, b] = clean.map(|c| self.denominator(c));
-        let of = |k: usize| {
-            if square[k] == 0.0 { 0.0 } else { square[k] * 0.5 * (1.0 / a[k] + 1.0 / b[k]) }
-        };
+    /// The same by each of the cleaned halves alone.
+    pub(super) fn relative_by_half(&self, pixel: usize, square: DVec3) -> [f64; 2] {
+        [0, 1].map(|k| self.relative_to(square, self.cleaned_halves[k][pixel].as_dvec3()))
+    }
+
+    /// Mean over channels of a square over c² + 0.01 m² for any c.
+    pub(super) fn relative_to(&self, square: DVec3, clean: DVec3) -> f64 {
+        let floor = self.denominator(clean);
+        let of = |k: usize| if square[k] == 0.0 { 0.0 } else { square[k] / floor[k] };
         (0..3).map(of).sum::<f64>() / 3.0
     }
 

@@ -11,18 +11,18 @@ mod quality;
 use toml::{Table, Value};
 
 use crate::accel::Backend;
+use crate::cloud::PointBasedSettings;
 use crate::denoise::Denoise;
 use crate::error::{Error, Result};
 use crate::method::cache::CacheSettings;
 use crate::method::converge::ConvergeSettings;
 use crate::method::decompose::DecomposeSettings;
-use crate::method::gather::GatherSettings;
+use crate::method::final_gather::GatherSettings;
 use crate::method::local_correction::LocalSettings;
 use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
 use crate::method::{Method, course};
-use crate::photon::ProxySettings;
-use crate::points::PointBasedSettings;
+use crate::proxy::ProxySettings;
 use crate::record::RecordSettings;
 use crate::settings::{self, Group, Section, nearest, section};
 use crate::shading::DirectSettings;
@@ -55,11 +55,12 @@ section! {
 }
 
 /// Sections and keys by the names they had, and what to use now.
-const RENAMED: [(&str, &str); 6] = [
+const RENAMED: [(&str, &str); 7] = [
     ("photon.count", "is called \"proxy.photons\" now"),
     ("points.pointbased", "is no setting any more: the method knows no rays"),
     ("decompose.near_tolerance", "is no setting any more: it belonged to \"triangles+rays\""),
     ("decompose.overlap", "is no setting any more"),
+    ("proxy.boundary_correction", "is no setting any more: it is always on"),
     ("photon", "the section is called [proxy] now"),
     ("points", "the section is called [point_based] now"),
 ];

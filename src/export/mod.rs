@@ -14,7 +14,7 @@
 //!            constant here, interpolated there.
 //! Cost       one pass over the triangles; the PLY files take 36 B a vertex and 13 B a triangle.
 
-mod ply;
+mod mesh_file;
 mod xml;
 
 use std::collections::BTreeMap;
@@ -22,7 +22,9 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 
+use crate::atomic_file;
 use crate::error::{Error, Result};
+use crate::film::write_png_bytes;
 use crate::radiometry::srgb_from_linear;
 use crate::scene::{Light, Material, Scene, Texture};
 
@@ -46,7 +48,7 @@ pub fn export(scene: &Scene, folder: &Path) -> Result<Vec<PathBuf>> {
             let name = format!("mesh-{number}-{m}.ply");
             // Emitters shine by their faces' sides: no shading normals there.
             let normals = !material.emits() && !mesh.normals.is_empty();
-            ply::write(&folder.join(&name), mesh, &triangles, normals)?;
+            mesh_file::write(&folder.join(&name), mesh, &triangles, normals)?;
             files.push(folder.join(&name));
             used.insert(m, ());
             document.mesh(&name, m, material, normals);
@@ -83,7 +85,7 @@ pub fn export(scene: &Scene, folder: &Path) -> Result<Vec<PathBuf>> {
     for (number, light) in scene.lights.iter().enumerate() {
         if let Light::Quad { corner, edge1, edge2, .. } = *light {
             let name = format!("quad-{number}.ply");
-            ply::write_quad(&folder.join(&name), corner, edge1, edge2)?;
+            mesh_file::write_quad(&folder.join(&name), corner, edge1, edge2)?;
             files.push(folder.join(&name));
         }
         if let Light::Environment { map } = light {
@@ -96,8 +98,7 @@ pub fn export(scene: &Scene, folder: &Path) -> Result<Vec<PathBuf>> {
         document.light(number, light, around);
     }
     let path = folder.join("scene.xml");
-    std::fs::write(&path, document.finish())
-        .map_err(|source| Error::Io { path: path.clone(), source })?;
+    atomic_file::write_bytes(&path, document.finish())?;
     files.push(path);
     Ok(files)
 }
@@ -132,8 +133,7 @@ fn save(
     kind: image::ExtendedColorType,
     bytes: &[u8],
 ) -> Result<()> {
-    image::save_buffer(path, bytes, texture.width, texture.height, kind)
-        .map_err(|e| Error::Image { path: path.into(), message: e.to_string() })
+    write_png_bytes(path, bytes, (texture.width, texture.height), kind)
 }
 
 #[cfg(test)]

@@ -117,12 +117,10 @@ impl Device {
         let mut text = std::ptr::null();
         // SAFETY: a device or null are allowed; the shim sets `text` to a static string.
         let code = unsafe { shim::nf_take_error(self.0.cast(), &mut text) };
-        // SAFETY: set by the call above to a static string with a terminator.
         (code != 0).then(|| {
-            Error::Accel(format!(
-                "Embree: {what}: {}",
-                unsafe { CStr::from_ptr(text) }.to_string_lossy()
-            ))
+            // SAFETY: set by the call above to a static string with a terminator.
+            let reason = unsafe { CStr::from_ptr(text) }.to_string_lossy();
+            Error::Accel(format!("Embree: {what}: {reason}"))
         })
     }
 }
@@ -224,11 +222,8 @@ impl Scene {
             Box::new(shim::NfMask { exists: Some(exists::<T>), user: Arc::as_ptr(owner).cast() })
         });
         // SAFETY: the device is live; the handle is owned by `scene` from here on.
-        let scene = Self {
-            handle: unsafe { sys::rtcNewScene(device.0) },
-            mask,
-            _triangles: Arc::<T>::clone(owner),
-        };
+        let handle = unsafe { sys::rtcNewScene(device.0) };
+        let scene = Self { handle, mask, _triangles: Arc::<T>::clone(owner) };
         if scene.handle.is_null() {
             return Err(device.error("cannot make a scene"));
         }

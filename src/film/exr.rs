@@ -4,7 +4,7 @@
 //! written is read back equal, bit for bit, for finite values in 32 bits.
 //! Not        deep data, several parts, mip levels: the first part's largest level is read.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Layer, LayerAttributes,
@@ -12,6 +12,7 @@ use exr::prelude::{
 };
 
 use super::Film;
+use crate::atomic_file;
 use crate::error::{Error, Result};
 
 /// Bits of a stored channel.
@@ -28,23 +29,6 @@ pub enum Precision {
 fn stays_full(name: &str) -> bool {
     let layer = name.split('.').next().unwrap_or(name);
     ["P", "depth", "variance", "samples", "cluster", "state"].contains(&layer)
-}
-
-/// Runs `write` on a temporary neighbour of `path`, then renames it to `path`; leaves nothing
-/// behind on failure.
-pub(crate) fn atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    let name = path
-        .file_name()
-        .ok_or_else(|| Error::Image { path: path.into(), message: "names no file".into() })?;
-    let temporary: PathBuf =
-        path.with_file_name(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
-    let done = write(&temporary).and_then(|()| {
-        std::fs::rename(&temporary, path).map_err(|source| Error::Io { path: path.into(), source })
-    });
-    if done.is_err() {
-        let _ = std::fs::remove_file(&temporary);
-    }
-    done
 }
 
 /// Writes all channels and the header.
@@ -93,11 +77,11 @@ pub fn write_exr(film: &Film, path: &Path, precision: Precision) -> Result<()> {
     if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty() && !p.is_dir()) {
         return Err(fail(format!("folder {} does not exist: create it first", folder.display())));
     }
-    atomically(path, |temporary| {
-        exr::prelude::Image::from_layer(layer)
-            .write()
-            .to_file(temporary)
-            .map_err(|e| fail(reason(e)))
+    atomic_file::write(path, |out| {
+        exr::prelude::Image::from_layer(layer).write().to_buffered(out).map_err(|e| match e {
+            exr::error::Error::Io(e) => e,
+            e => std::io::Error::other(reason(e)),
+        })
     })
 }
 

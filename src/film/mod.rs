@@ -8,9 +8,9 @@ mod exr;
 pub mod layer;
 mod png;
 
-pub(crate) use exr::atomically;
 pub use exr::{Precision, read_exr, write_exr};
 pub use layer::{Channels, Layer, layer_of};
+pub(crate) use png::write_png_bytes;
 pub use png::{srgb8, write_png, write_png_rgb};
 
 use std::collections::BTreeMap;

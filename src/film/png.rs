@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use super::{Film, exr::atomically};
+use super::Film;
+use crate::atomic_file;
 use crate::error::{Error, Result};
 use crate::radiometry::{Rgb, srgb_from_linear};
 
@@ -38,10 +39,30 @@ pub fn write_png_rgb(
 ) -> Result<()> {
     let fail = |message: String| Error::Image { path: path.into(), message };
     let bytes: Vec<u8> = pixels.iter().flat_map(|&c| srgb8(c, exposure)).collect();
-    let image = image::RgbImage::from_raw(width, height, bytes)
-        .ok_or_else(|| fail(format!("{} pixels for {width}×{height}", pixels.len())))?;
-    atomically(path, |temporary| {
-        image.save_with_format(temporary, image::ImageFormat::Png).map_err(|e| fail(e.to_string()))
+    if bytes.len() != 3 * width as usize * height as usize {
+        return Err(fail(format!("{} pixels for {width}×{height}", pixels.len())));
+    }
+    write_png_bytes(path, &bytes, (width, height), image::ExtendedColorType::Rgb8)
+}
+
+/// Writes bytes as they are, row by row from the top, as a PNG of `size`: width and height.
+///
+/// # Errors
+/// [`Error::Io`] when the count does not match or the file cannot be written.
+pub(crate) fn write_png_bytes(
+    path: &Path,
+    bytes: &[u8],
+    size: (u32, u32),
+    kind: image::ExtendedColorType,
+) -> Result<()> {
+    atomic_file::write(path, |out| {
+        let png = image::ImageFormat::Png;
+        image::write_buffer_with_format(out, bytes, size.0, size.1, kind, png).map_err(
+            |e| match e {
+                image::ImageError::IoError(e) => e,
+                e => std::io::Error::other(e.to_string()),
+            },
+        )
     })
 }
 

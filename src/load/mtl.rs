@@ -2,7 +2,8 @@
 //! line (and stops the program on a short colour).
 //!
 //! Read: `Kd`, `Ke`, `d` or `Tr`, `map_Kd`, `map_d`. Everything else is left aside: surfaces are
-//! diffuse.
+//! diffuse. A library that is missing, or a material that it lacks, is no error: [`super::obj`]
+//! warns by name and makes the surface grey.
 
 use std::path::{Path, PathBuf};
 

@@ -12,7 +12,7 @@
 //!                                       # a chain, with one sharpness or n − 1
 //! t corner 1/1/0 4 10                   # vertex 4; n vertices with one sharpness or n
 //! t hole 1/0/0 9                        # face 9 shapes the surface but is not part of it
-//! t interpolateboundary 1/0/0 1         # open edges: 0 no faces, 1 creases with corners, 2 creases
+//! t interpolateboundary 1/0/0 1         # open edges: 0 no faces, 1 creases and corners, 2 creases
 //! ```
 //!
 //! Not  other tags: they are listed in a warning. Normals of the file: the surface has its own.

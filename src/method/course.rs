@@ -5,17 +5,18 @@
 //! what is compared differs in nothing else. The slides, in their order:
 //!
 //! * **Near – far distinction.** All surfaces within alpha of the point are near. Code:
-//!   [`NearHits::membership`], a step at alpha; triangles are
-//!   near by their centre. The default fades membership out over the last quarter of alpha, for a
-//!   step shows as an edge where a triangle becomes near.
+//!   [`NearHits::membership`], a step at alpha; triangles are near by their centre. The default
+//!   fades membership out over the last quarter of alpha, for a step shows as an edge where a
+//!   triangle becomes near.
 //! * **Incident distant radiance, spherical harmonics.** Rays are shot from sparse places, the
 //!   proxy (a photon map) is looked up where they hit, and the least-squares SH of what they find
 //!   is kept. Code: [`sample`](super::decompose::far::sample), [`crate::sh::Fit`] without ridge.
 //!   The photon map is a density estimate of the nearest photons, made once a triangle, at its
-//!   centre, instead of again at every hit; direct light is added to it by shadow rays. The default
-//!   lets the triangles that the picture sees gather from one another, for a density estimate blurs
-//!   light over edges, and fits with a ridge and with the hits of neighbouring clusters, which
-//!   takes noise away at the cost of no ray.
+//!   centre, instead of again at every hit; the flux is divided by the area of surface it lies on,
+//!   for a disc's area loses a seventh of the light of finely broken surfaces; direct light is
+//!   added by shadow rays. The default lets the triangles that the picture sees gather from one
+//!   another, for a density estimate blurs light over edges, and fits with a ridge and with the
+//!   hits of neighbouring clusters, which takes noise away at the cost of no ray.
 //! * **Interpolate these samples.** Code: [`FarField`](super::decompose::far::FarField), weights by
 //!   distance and normal, as in irradiance caching. The default asks besides whether the point sees
 //!   the cluster, for floors on both sides of a thin wall look alike.
@@ -40,6 +41,8 @@
 //!   pass through near walls find whatever lies behind them.
 //! * **Pass 3.** SH are interpolated, near triangles located, the estimate updated. Code:
 //!   [`pass3`](super::decompose::pass3); the default does the same.
+//! * **Manually lit scene with local correction; simplify.** Methods of their own:
+//!   [`super::local_correction`], and the hierarchy of discs.
 //!
 //! The failure case of the slides is darker than the truth where near surfaces hide one another;
 //! `tests/course.rs` checks that it is so here, and that elsewhere the bias is small.
@@ -47,7 +50,7 @@
 use super::decompose::{AlphaMode, DecomposeSettings, NearHits, NearIntegral, NearVisibility};
 use crate::error::{Error, Result};
 use crate::length::Length;
-use crate::photon::{Estimate, ProxySettings};
+use crate::proxy::{Estimate, ProxySettings};
 
 /// Sets a key to the course's value, `name` in words, if it had its default or that value.
 fn fixed<T: PartialEq>(

@@ -3,8 +3,8 @@
 //!
 //! ```text
 //! comment nearfar irradiance cache 3                     kind and version of the content
-//! comment scene meshes=… materials=… textures=… lights=…  crate::scene::Fingerprint; not of camera and seed
-//! comment settings {"cache.rays":512,…}                  dotted keys of the settings that matter, as JSON
+//! comment scene meshes=… materials=… textures=… lights=…  crate::scene::Fingerprint
+//! comment settings {"cache.rays":512,…}                  the settings that matter, as JSON
 //! ```
 //! A file with another key is refused, with what differs and how to mend it: the first setting by
 //! name and both values, or the parts of the scene. Settings that are not left out by name count: a

@@ -2,13 +2,14 @@
 //! surfaces that are near `[Course07]`.
 //!
 //! ```text
-//! off   E = E_lights + ∫ L_ambient (n·w) dw                                      lights without shadows, one ambient field for all
+//! off   E = E_lights + ∫ L_ambient (n·w) dw
 //! on    E = E_lights + ∫_{near} B/π (n·w) dw + ∫_{not near} L_ambient (n·w) dw
+//!       lights without shadows, one ambient field for all
 //! ```
 //! What the near surfaces send is added and what the ambient field had claimed for the directions
 //! they cover is taken away: contact shadows and local bleeding. Near is the far field's alpha
 //! here: `local.reach`; coverage fades out over its second half. Near surfaces are elements
-//! ([`crate::points`]) with B = albedo · (E_lights + E_ambient), so overlap is dealt with by the
+//! ([`crate::cloud`]) with B = albedo · (E_lights + E_ambient), so overlap is dealt with by the
 //! raster. The ambient field: `local.ambient` holds one radiance for all directions, or 4 or 9 SH
 //! coefficients (order l² + l + m, world axes).
 //!
@@ -22,10 +23,10 @@ use rayon::prelude::*;
 
 use super::locations::Locations;
 use super::{MethodStatistics, Rendered};
+use crate::cloud::{Cloud, Gather, Hierarchy, HitSides, PointBasedSettings, Receiver, dice};
 use crate::error::{Error, Result};
 use crate::length::Length;
 use crate::math::offset_origin;
-use crate::points::{Cloud, Gather, Hierarchy, HitSides, PointBasedSettings, Receiver, dice};
 use crate::radiometry::Rgb;
 use crate::record::{RecordSettings, camera_samples};
 use crate::run::Run;
@@ -121,7 +122,7 @@ fn near_surfaces(
                 let b = piece.at(Vec2::splat(0.5));
                 let s = geometry.surface(piece.triangle, b.x, b.y);
                 let sobol =
-                    Sobol::new(seed, Stream::Points, 2 * u64::from(i) + u64::from(sign < 0.0));
+                    Sobol::new(seed, Stream::Element, 2 * u64::from(i) + u64::from(sign < 0.0));
                 let lights = unshadowed(
                     world,
                     s.p,

@@ -4,11 +4,10 @@
 use std::path::Path;
 
 use glam::Vec3;
-use serde::Serialize;
 
-use super::ply;
 use crate::error::Result;
 use crate::film::Layer;
+use crate::ply::{self, Columns};
 use crate::radiometry::Rgb;
 use crate::record::CameraSamples;
 
@@ -54,47 +53,21 @@ impl Locations {
     /// # Errors
     /// [`crate::error::Error::Io`] when the system refuses.
     pub fn write_ply(&self, path: &Path) -> Result<()> {
-        #[derive(Serialize)]
-        struct Row {
-            x: f32,
-            y: f32,
-            z: f32,
-            nx: f32,
-            ny: f32,
-            nz: f32,
-            radius: f32,
-            irradiance_r: f32,
-            irradiance_g: f32,
-            irradiance_b: f32,
-            red: u8,
-            green: u8,
-            blue: u8,
-        }
         let scale = ply::colour_scale(self.irradiance.iter().copied());
-        let row = |i: usize| {
-            let ([x, y, z], [nx, ny, nz]) = (self.p[i].to_array(), self.n[i].to_array());
-            let [irradiance_r, irradiance_g, irradiance_b] = self.irradiance[i].to_array();
-            let [red, green, blue] = ply::colour(self.irradiance[i], scale);
-            Row {
-                x,
-                y,
-                z,
-                nx,
-                ny,
-                nz,
-                radius: self.radius[i],
-                irradiance_r,
-                irradiance_g,
-                irradiance_b,
-                red,
-                green,
-                blue,
+        let columns = Columns::new("vertex")
+            .floats(["x", "y", "z", "nx", "ny", "nz", "radius"])
+            .floats(["irradiance_r", "irradiance_g", "irradiance_b"])
+            .bytes(["red", "green", "blue"]);
+        let comments = ["nearfar sample locations".to_owned()];
+        ply::write(path, &comments, &[(columns, self.len())], |out| {
+            for i in 0..self.len() {
+                out.floats(self.p[i].to_array())?;
+                out.floats(self.n[i].to_array())?;
+                out.floats([self.radius[i]])?;
+                out.floats(self.irradiance[i].to_array())?;
+                out.bytes(&ply::colour(self.irradiance[i], scale))?;
             }
-        };
-        ply::write(
-            path,
-            vec!["nearfar sample locations".into()],
-            (0..self.len()).map(row).collect(),
-        )
+            Ok(())
+        })
     }
 }

@@ -7,14 +7,13 @@ pub mod converge;
 pub mod course;
 pub mod decompose;
 pub mod direct;
-pub mod gather;
+pub mod final_gather;
 pub mod key;
 pub mod local_correction;
 pub mod locations;
 pub mod path;
 pub mod photon_map;
-pub mod ply;
-pub mod points;
+pub mod point_based;
 pub mod stage;
 mod statistics;
 
@@ -43,7 +42,7 @@ pub enum Method {
     /// Unidirectional path tracing: the ground truth.
     Path,
     /// Gathered from surface elements: no ray for occlusion or indirect light.
-    Points,
+    PointBased,
     /// Hand-placed lights without shadows and a flat ambient term, corrected by the near
     /// surfaces: no ray but the camera's.
     LocalCorrection,
@@ -61,7 +60,7 @@ impl Method {
         Self::IrradianceCache,
         Self::Gather,
         Self::Path,
-        Self::Points,
+        Self::PointBased,
         Self::LocalCorrection,
         Self::Direct,
         Self::PhotonMap,
@@ -75,7 +74,7 @@ impl Method {
             Self::IrradianceCache => "irradiance-cache",
             Self::Gather => "gather",
             Self::Path => "path",
-            Self::Points => "points",
+            Self::PointBased => "point-based",
             Self::LocalCorrection => "local-correction",
             Self::Direct => "direct",
             Self::PhotonMap => "photon-map",
@@ -93,7 +92,7 @@ impl Method {
         match self {
             Self::Decomposition | Self::Course => with(&decompose::LAYERS),
             Self::IrradianceCache => with(&cache::LAYERS),
-            Self::Points => with(&points::LAYERS),
+            Self::PointBased => with(&point_based::LAYERS),
             Self::Path => path::LAYERS.to_vec(),
             Self::PhotonMap => photon_map::LAYERS.to_vec(),
             Self::Gather | Self::LocalCorrection | Self::Direct => with(&[]),

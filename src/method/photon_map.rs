@@ -11,17 +11,18 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::locations::Locations;
-use super::{MethodStatistics, Rendered, ply};
+use super::stage::Inputs;
+use super::{MethodStatistics, Rendered};
 use crate::error::Result;
 use crate::film::{Film, Layer, layer};
 use crate::math::Ray;
-use crate::photon::{ProxySettings, solve, trace};
+use crate::ply::{self, Columns};
+use crate::proxy::{Landing, Need, Proxy, ProxyInputs, photons};
 use crate::radiometry::Rgb;
-use crate::record::RecordSettings;
 use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream};
 use crate::shading::World;
-use crate::tessellate::{Cells, Side};
+use crate::tessellate::Side;
 
 const CELL: Layer =
     Layer::one("cell", "id", "cell at the centre of the pixel; −1 where there is none");
@@ -44,21 +45,14 @@ pub struct PhotonMapStatistics {
     pub starved_cell_sides: usize,
 }
 
-/// Renders the proxy made of cells no longer than `near_cell` (scene units) with the samples of
-/// `record`.
+/// Renders the proxy with the camera samples of `inputs`.
 ///
 /// # Errors
 /// For settings out of range, [`crate::error::Error::Interrupted`].
-pub fn render(
-    world: &World,
-    near_cell: f32,
-    settings: &ProxySettings,
-    record: &RecordSettings,
-    seed: u64,
-    run: &Run,
-) -> Result<Rendered> {
-    let cells = run.install(|| Cells::new(&world.geometry, near_cell))?;
-    let (proxy, stats) = solve(world, &cells, settings, seed, run)?;
+pub fn render(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> {
+    let Inputs { record, seed, .. } = inputs;
+    let views = std::slice::from_ref(&world.camera);
+    let proxy = Proxy::new(world, inputs.proxy(), Need::Views(views), run)?;
     let (width, height) = (world.camera.width, world.camera.height);
     let (spp, filter) = (record.spp.max(1), record.pixel_filter());
     let phase = run.phase("reconstruct", u64::from(height));
@@ -85,9 +79,9 @@ pub fn render(
                                 sum[0] += world.lights.background(dir);
                                 continue;
                             };
-                            let cell = cells.find(s.triangle, s.u, s.v);
-                            sum[0] += s.le + proxy.get(cell, s.side) / std::f32::consts::PI;
-                            sum[1] += proxy.indirect(cell, s.side);
+                            let light = proxy.read(&Landing::from(&s));
+                            sum[0] += s.le + light.radiosity / std::f32::consts::PI;
+                            sum[1] += light.indirect;
                             sum[2] += s.albedo;
                         }
                         sum.map(|c| c / spp as f32)
@@ -111,11 +105,13 @@ pub fn render(
             .map(|i| {
                 let pixel = glam::Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
                 let ray = Ray::new(world.camera.eye, world.camera.direction(pixel));
-                world.closest(&ray).map_or(-1.0, |s| cells.find(s.triangle, s.u, s.v) as f32)
+                let piece = |s| proxy.read(&Landing::from(&s)).piece;
+                world.closest(&ray).map_or(-1.0, |s| piece(s).number() as f32)
             })
             .collect()
     });
     film.set("cell.id", ids);
+    let stats = proxy.stats();
     let statistics = MethodStatistics::PhotonMap(PhotonMapStatistics {
         cells: stats.cells,
         photons: stats.photons,
@@ -134,60 +130,24 @@ pub fn render(
 /// # Errors
 /// [`crate::error::Error::Io`] when the system refuses, [`crate::error::Error::Interrupted`], cells
 /// that do not fit memory.
-pub fn write_photons(
-    world: &World,
-    near_cell: f32,
-    settings: &ProxySettings,
-    seed: u64,
-    path: &Path,
-    run: &Run,
-) -> Result<()> {
-    #[derive(Serialize)]
-    struct Row {
-        x: f32,
-        y: f32,
-        z: f32,
-        incident_x: f32,
-        incident_y: f32,
-        incident_z: f32,
-        flux_r: f32,
-        flux_g: f32,
-        flux_b: f32,
-        cell: u32,
-        back: u8,
-        red: u8,
-        green: u8,
-        blue: u8,
-    }
-    let cells = run.install(|| Cells::new(&world.geometry, near_cell))?;
-    let photons = trace(world, &cells, settings.photons, seed, run)?.photons;
+pub fn write_photons(world: &World, inputs: ProxyInputs<'_>, path: &Path, run: &Run) -> Result<()> {
+    let photons = photons(world, inputs, run)?.photons;
     let scale = ply::colour_scale(photons.iter().map(|p| p.flux));
-    let rows = photons.iter().map(|p| {
-        let ([x, y, z], [incident_x, incident_y, incident_z]) =
-            (p.position.to_array(), p.incident.to_array());
-        let ([flux_r, flux_g, flux_b], [red, green, blue]) =
-            (p.flux.to_array(), ply::colour(p.flux, scale));
-        let back = u8::from(p.side() == Side::Back);
-        Row {
-            x,
-            y,
-            z,
-            incident_x,
-            incident_y,
-            incident_z,
-            flux_r,
-            flux_g,
-            flux_b,
-            cell: p.cell(),
-            back,
-            red,
-            green,
-            blue,
+    let columns = Columns::new("vertex")
+        .floats(["x", "y", "z", "incident_x", "incident_y", "incident_z"])
+        .floats(["flux_r", "flux_g", "flux_b"])
+        .integers(["cell"])
+        .bytes(["back", "red", "green", "blue"]);
+    let comments = ["nearfar photons", "flux in W, its share of all paths"].map(str::to_owned);
+    ply::write(path, &comments, &[(columns, photons.len())], |out| {
+        for p in &photons {
+            out.floats(p.position.to_array())?;
+            out.floats(p.incident.to_array())?;
+            out.floats(p.flux.to_array())?;
+            out.integer(p.piece().number())?;
+            out.bytes(&[u8::from(p.side() == Side::Back)])?;
+            out.bytes(&ply::colour(p.flux, scale))?;
         }
-    });
-    ply::write(
-        path,
-        vec!["nearfar photons".into(), "flux in W, its share of all paths".into()],
-        rows.collect(),
-    )
+        Ok(())
+    })
 }

@@ -1,15 +1,13 @@
-//! What every method that looks up the proxy starts from: cells, their radiosity, and the camera's
-//! samples.
+//! What every method that looks up the proxy starts from: the proxy, and the camera's samples.
 //!
 //! The same scene, settings and seed give the same [`Stage`] to every method: what differs between
 //! their pictures is the method alone. Phases `cells`, `photons`, `gather`, `record`.
 
 use crate::error::Result;
-use crate::photon::{CellRadiosity, Proxy, ProxySettings, ProxyStats, solve};
+use crate::proxy::{Need, Proxy, ProxyInputs, ProxySettings};
 use crate::record::{CameraSamples, RecordSettings, camera_samples};
 use crate::run::Run;
 use crate::shading::{DirectSettings, World};
-use crate::tessellate::Cells;
 
 /// Settings of the rooms before the method.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +24,12 @@ pub struct Inputs<'a> {
     pub seed: u64,
 }
 
-impl Inputs<'_> {
+impl<'a> Inputs<'a> {
+    /// What the proxy is made with.
+    pub fn proxy(&self) -> ProxyInputs<'a> {
+        ProxyInputs { near_cell: self.near_cell, settings: self.photon, seed: self.seed }
+    }
+
     /// Whether these settings are in their ranges.
     ///
     /// # Errors
@@ -36,15 +39,6 @@ impl Inputs<'_> {
         self.record.validate()?;
         self.direct.validate()
     }
-}
-
-/// The scene's cells (phase `cells`).
-///
-/// # Errors
-/// Cells that do not fit memory.
-pub fn cells(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Cells> {
-    let _phase = run.phase("cells", 1);
-    run.install(|| Cells::new(&world.geometry, inputs.near_cell))
 }
 
 /// What is told of proxy and camera samples.
@@ -67,39 +61,31 @@ pub struct StageStatistics {
 /// Proxy and camera samples.
 #[derive(Debug, Default)]
 pub struct Stage {
-    /// Pieces of surfaces.
-    pub cells: Cells,
-    /// Radiosity of their sides.
-    pub radiosity: CellRadiosity,
-    /// What the proxy tells of itself.
-    pub proxy_stats: ProxyStats,
+    /// Light where rays land.
+    pub proxy: Proxy,
     /// What the camera sees, and the points that need indirect light.
     pub samples: CameraSamples,
 }
 
 impl Stage {
-    /// Cells, proxy, camera samples.
+    /// The proxy that the world's camera needs, and its samples.
     ///
     /// # Errors
-    /// Settings out of range, cells that do not fit memory, [`crate::error::Error::Interrupted`].
+    /// Settings out of range, a proxy that does not fit memory,
+    /// [`crate::error::Error::Interrupted`].
     pub fn new(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Self> {
         inputs.validate()?;
-        let cells = cells(world, inputs, run)?;
-        let (radiosity, proxy_stats) = solve(world, &cells, inputs.photon, inputs.seed, run)?;
+        let views = std::slice::from_ref(&world.camera);
+        let proxy = Proxy::new(world, inputs.proxy(), Need::Views(views), run)?;
         let samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
-        Ok(Self { cells, radiosity, proxy_stats, samples })
-    }
-
-    /// The proxy, borrowed.
-    pub fn proxy(&self) -> Proxy<'_> {
-        Proxy { cells: &self.cells, radiosity: &self.radiosity }
+        Ok(Self { proxy, samples })
     }
 
     /// Statistics that all these methods share.
     pub fn statistics(&self) -> StageStatistics {
-        let proxy = &self.proxy_stats;
+        let proxy = self.proxy.stats();
         StageStatistics {
-            cells: self.cells.len(),
+            cells: proxy.cells,
             photons: proxy.photons,
             gathered_sides: proxy.gathered,
             sweeps: proxy.sweeps,

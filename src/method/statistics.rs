@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{cache, decompose, gather, local_correction, path, photon_map, points};
+use super::{cache, decompose, final_gather, local_correction, path, photon_map, point_based};
 
 /// What a method tells of its picture.
 #[derive(Clone, Debug, Serialize)]
@@ -13,11 +13,11 @@ pub enum MethodStatistics {
     /// Of the irradiance cache.
     IrradianceCache(cache::CacheStatistics),
     /// Of final gathering.
-    Gather(gather::GatherStatistics),
+    Gather(final_gather::GatherStatistics),
     /// Of path tracing.
     Path(path::PathStatistics),
     /// Of surface elements.
-    Points(points::PointStatistics),
+    PointBased(point_based::PointStatistics),
     /// Of the local correction.
     LocalCorrection(local_correction::LocalStatistics),
     /// Of the proxy's own picture.

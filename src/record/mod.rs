@@ -36,7 +36,8 @@ section! {
         /// Pixel filter, of every method: path tracing too.
         filter: FilterShape = FilterShape::Box;
         /// Where the filter ends, from the pixel's centre.
-        filter_radius: Option<f32> = None, follows "½ for the box, 1 for the tent, 1½ for the Gaussian",
+        filter_radius: Option<f32> = None,
+            follows "½ for the box, 1 for the tent, 1½ for the Gaussian",
             in above(0.0).to(8.0), unit "pixels";
         /// Cosine of the largest angle between normals that share a shading point.
         share_normal_cos: f32 = 0.97, in from(-1.0).to(1.0);

@@ -5,7 +5,8 @@ use super::renderer::Renderer;
 use crate::config::RenderConfig;
 use crate::error::Result;
 use crate::method::{
-    Method, Rendered, cache, decompose, direct, gather, local_correction, path, photon_map, points,
+    Method, Rendered, cache, decompose, direct, final_gather, local_correction, path, photon_map,
+    point_based,
 };
 use crate::scene::Fingerprint;
 
@@ -22,16 +23,14 @@ pub(super) fn picture(
     match method {
         Method::Decomposition | Method::Course => decomposed(renderer, config, kept),
         Method::IrradianceCache => cached(renderer, config, kept),
-        Method::Gather => gather::render(world, &config.gather, inputs, run),
+        Method::Gather => final_gather::render(world, &config.gather, inputs, run),
         Method::Path => path::render(world, &config.path, seed, run),
-        Method::Points => points::render(world, &config.point_based, inputs, run),
+        Method::PointBased => point_based::render(world, &config.point_based, inputs, run),
         Method::LocalCorrection => {
             local_correction::render(world, &config.local, &config.record, seed, run)
         }
         Method::Direct => direct::render(world, &config.record, &config.direct, seed, run),
-        Method::PhotonMap => {
-            photon_map::render(world, inputs.near_cell, &config.proxy, &config.record, seed, run)
-        }
+        Method::PhotonMap => photon_map::render(world, inputs, run),
     }
 }
 

@@ -15,6 +15,7 @@
 //! | `dispatch` | which function a [`Method`] is |
 //! | `kept` | [`Kept`]: files of earlier work to start from and to write |
 //! | `flight` | [`Flight`]: the frames of a camera path |
+//! | `irradiance` | [`Renderer::irradiance`]: light at points that no camera needs to see |
 //! | `header` | what an image file says of its making |
 //! | `statistics` | [`Statistics`]: what is told of a render |
 //! | `view` | whether the camera stands where it can see anything |
@@ -26,6 +27,7 @@
 mod dispatch;
 mod flight;
 mod header;
+mod irradiance;
 mod kept;
 mod renderer;
 mod statistics;
@@ -33,6 +35,7 @@ mod view;
 
 pub use flight::{Flight, Frame, Reuse};
 pub use header::describe;
+pub use irradiance::{PointIrradiance, SurfacePoints};
 pub use kept::Kept;
 pub use renderer::{Rendered, Renderer};
 pub use statistics::{OfPicture, RunStatistics, Statistics};

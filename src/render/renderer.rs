@@ -15,7 +15,7 @@ use crate::method::locations::Locations;
 use crate::method::path::{self, PathSettings};
 use crate::method::{self, Method, converge};
 use crate::run::Run;
-use crate::sampling::hash64;
+use crate::sampling::{Stream, sub_seed};
 use crate::scene::Scene;
 use crate::shading::World;
 
@@ -39,9 +39,6 @@ pub struct Renderer<'a> {
     world: World,
     denoiser: Option<Denoiser>,
 }
-
-/// Keeps the seeds of the halves of [`converge`] apart from every other use of the seed.
-const CONVERGE_KEY: u64 = 0x636f_6e76_6572_6765;
 
 impl<'a> Renderer<'a> {
     /// Builds triangles, ray structure and lights, opens the denoiser if the settings ask for one,
@@ -129,7 +126,7 @@ impl<'a> Renderer<'a> {
         let Self { config, run, world, .. } = self;
         let mut sample = |half: usize, earlier: Option<&Film>, spp: u32| {
             let settings = PathSettings { spp, target_error: 0.0, ..config.path.clone() };
-            let seed = hash64(config.seed ^ CONVERGE_KEY ^ half as u64);
+            let seed = sub_seed(config.seed, Stream::Converge, half as u64);
             path::reference(world, &settings, seed, run, earlier, true).map(|r| r.film)
         };
         converge::render(model, &config.converge, &mut sample, run)

@@ -6,7 +6,7 @@
 //! elementary interval; samples are unbiased and, over seeds, independent. Not guaranteed:
 //! stratification across different pairs.
 
-use super::rng::{Stream, hash64};
+use super::rng::{Stream, hash_key, hash64};
 use glam::Vec2;
 
 /// Sample generator of one element (pixel, cell, cluster).
@@ -18,9 +18,7 @@ pub struct Sobol {
 impl Sobol {
     /// The generator of one (seed, stream, element).
     pub fn new(seed: u64, stream: Stream, element: u64) -> Self {
-        let h = hash64(seed.wrapping_add(0x9e37_79b9_7f4a_7c15));
-        let h = hash64(h ^ (stream as u64).wrapping_mul(0xd134_2543_de82_ef95));
-        Self { key: hash64(h ^ element.wrapping_mul(0xaf25_1af3_b0f0_25b5)) }
+        Self { key: hash_key(seed, stream, element) }
     }
 
     /// Sample `index` in dimension pair `pair`, uniform in \[0, 1)².

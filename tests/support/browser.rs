@@ -251,7 +251,11 @@ impl Page {
     /// Presses at a place, moves to another in steps and releases there; equal places click.
     pub fn drag(&mut self, from: [f64; 2], to: [f64; 2], button: &str) {
         self.mouse_move(from, "none");
-        let end = |kind: &str, [x, y]: [f64; 2]| json!({ "clickCount": 1, "type": kind, "x": x, "y": y, "button": button });
+        let end = |kind: &str, [x, y]: [f64; 2]| {
+            let mut click = json!({ "type": kind, "x": x, "y": y, "button": button });
+            click["clickCount"] = 1.into();
+            click
+        };
         self.call("Input.dispatchMouseEvent", end("mousePressed", from));
         if from != to {
             for step in 1..=4 {

@@ -28,7 +28,7 @@ use super::settings::CacheSettings;
 use super::validity::Rule;
 use crate::error::Result;
 use crate::math::Aabb;
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::record::CameraSamples;
 use crate::run::{RayKind, Run};
 use crate::sampling::hash64;
@@ -146,7 +146,7 @@ impl Cache {
     pub fn fill(
         &mut self,
         world: &World,
-        proxy: Proxy<'_>,
+        proxy: &Proxy,
         samples: &CameraSamples,
         rays: u32,
         seed: u64,

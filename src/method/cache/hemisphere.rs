@@ -18,7 +18,7 @@
 use glam::{Vec2, Vec3};
 
 use crate::math::{Frame, Ray};
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::radiometry::Rgb;
 use crate::sampling::{Rng, Stream};
 use crate::shading::World;
@@ -109,7 +109,7 @@ impl Hemisphere {
     /// rays of its own.
     pub fn shoot(
         world: &World,
-        proxy: Proxy<'_>,
+        proxy: &Proxy,
         site: &Site,
         frame: &Frame,
         grid: Grid,

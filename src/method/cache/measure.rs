@@ -18,7 +18,7 @@ use glam::{DVec3, Vec3};
 use super::hemisphere::{Grid, Hemisphere, Site};
 use super::{hessian, ward};
 use crate::math::Frame;
-use crate::photon::Proxy;
+use crate::proxy::Proxy;
 use crate::radiometry::Rgb;
 use crate::shading::World;
 
@@ -91,12 +91,7 @@ impl MeasureSettings {
 }
 
 /// Measures the record at a site.
-pub fn measure(
-    world: &World,
-    proxy: Proxy<'_>,
-    site: &Site,
-    settings: &MeasureSettings,
-) -> Measured {
+pub fn measure(world: &World, proxy: &Proxy, site: &Site, settings: &MeasureSettings) -> Measured {
     let frame = Frame::from_normal(site.ns);
     let limit = f64::from(settings.rays) * f64::from(settings.noise_rays_max);
     let mut sum = Sum::default();

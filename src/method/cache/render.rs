@@ -47,7 +47,7 @@ pub fn fill_and_interpolate(
     seed: u64,
     run: &Run,
 ) -> Result<Vec<Rgb>> {
-    cache.fill(world, stage.proxy(), &stage.samples, settings.rays, seed, run)?;
+    cache.fill(world, &stage.proxy, &stage.samples, settings.rays, seed, run)?;
     let points = &stage.samples.points;
     let blended = interpolate(world, cache, points, settings, run)?;
     // Few or none: points that no record reaches, measured by themselves.
@@ -55,7 +55,7 @@ pub fn fill_and_interpolate(
         let (p, ng, ns) = (points.p[i], points.ng[i], points.ns[i]);
         let site = Site { p, ng, ns, seed, element: i as u64 };
         let settings = MeasureSettings::new(settings.rays, Derivatives::None);
-        let measured = measure(world, stage.proxy(), &site, &settings);
+        let measured = measure(world, &stage.proxy, &site, &settings);
         run.rays.add(RayKind::Sample, u64::from(measured.rays));
         measured.irradiance
     };

@@ -6,7 +6,7 @@
 use glam::Vec3;
 
 use super::{DecomposeSettings, Lengths};
-use crate::photon::{Incident, Proxy};
+use crate::proxy::{Incident, Proxy};
 use crate::record::ShadingPoints;
 use crate::run::Run;
 use crate::shading::World;
@@ -17,7 +17,7 @@ pub struct Context<'a> {
     /// What rays are shot at.
     pub world: &'a World,
     /// What their hits are looked up in.
-    pub proxy: Proxy<'a>,
+    pub proxy: &'a Proxy,
     /// Settings; lengths are read from the next field, never from here.
     pub settings: &'a DecomposeSettings,
     /// Lengths in scene units.
@@ -32,7 +32,7 @@ impl<'a> Context<'a> {
     /// With the lengths that `settings` have in `world`.
     pub fn new(
         world: &'a World,
-        proxy: Proxy<'a>,
+        proxy: &'a Proxy,
         settings: &'a DecomposeSettings,
         seed: u64,
         run: &'a Run,
@@ -44,14 +44,13 @@ impl<'a> Context<'a> {
     /// Side of the pieces of surface that the proxy tells apart, scene units: a hit is up to so far
     /// from the place it counts for.
     pub fn place_size(&self) -> f32 {
-        self.proxy.cells.near_cell
+        self.proxy.piece_size()
     }
 
     /// Membership of the surface that a ray from `p` met in the near ball of radius `alpha` around
     /// `p`: that of the place which stands for it. `None` for the sky.
     pub fn membership_of(&self, incident: &Incident, p: Vec3, alpha: f32) -> Option<f32> {
-        let cell = incident.cell? as usize;
-        let distance = self.proxy.cells.centroids[cell].distance(p);
+        let distance = self.proxy.center(incident.piece?).distance(p);
         Some(self.settings.near_hits.membership(distance, alpha))
     }
 }

@@ -23,8 +23,8 @@ use super::store::Known;
 use super::{Context, DecomposeSettings, Prepared};
 use crate::error::Result;
 use crate::math::{Ray, offset_origin};
-use crate::method::stage::{Inputs, Stage, cells};
-use crate::photon::{extend as extend_proxy, solve_for};
+use crate::method::stage::{Inputs, Stage};
+use crate::proxy::{Need, Proxy};
 use crate::record::{CameraSamples, ShadingPoints};
 use crate::run::{RayKind, Run};
 use crate::scene::Camera;
@@ -87,24 +87,21 @@ pub fn plan(
     let mut prepared = match known {
         Some(known) => {
             let mut prepared = Prepared::known(world, settings, inputs, known, run)?;
-            let Stage { cells, radiosity, .. } = &mut prepared.stage;
-            extend_proxy(world, cells, radiosity, inputs.photon, views, inputs.seed, run)?;
+            prepared.stage.proxy.need(world, Need::Views(views), run)?;
             prepared
         }
         None => {
             settings.validate()?;
             inputs.validate()?;
-            let cells = cells(world, inputs, run)?;
-            let (radiosity, proxy_stats) =
-                solve_for(world, &cells, inputs.photon, views, inputs.seed, run)?;
-            let stage = Stage { cells, radiosity, proxy_stats, samples: CameraSamples::default() };
+            let proxy = Proxy::new(world, inputs.proxy(), Need::Views(views), run)?;
+            let stage = Stage { proxy, samples: CameraSamples::default() };
             Prepared { stage, ..Prepared::empty(settings.lengths(world.diagonal)) }
         }
     };
     let points = thinned(world, views, prepared.lengths.cluster_radius / BOXES, run)?;
     let all = (0..points.len() as u32).collect();
     let Prepared { stage, sampled, lengths, .. } = &mut prepared;
-    let (proxy, lengths, seed) = (stage.proxy(), *lengths, inputs.seed);
+    let (proxy, lengths, seed) = (&stage.proxy, *lengths, inputs.seed);
     let context = Context { world, proxy, settings, lengths, seed, run };
     prepared.sample_seconds = extend(&context, &points, all, sampled)?;
     prepared.sampled.clusters.forget_members();

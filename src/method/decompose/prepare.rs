@@ -4,9 +4,9 @@ use super::far::SampledClusters;
 use super::far::extend::extend;
 use super::store::Known;
 use super::{Context, DecomposeSettings, Lengths};
-use crate::error::{Error, Result};
-use crate::method::stage::{Inputs, Stage, cells};
-use crate::photon::{self, ProxyStats};
+use crate::error::Result;
+use crate::method::stage::{Inputs, Stage};
+use crate::proxy::{Need, Proxy};
 use crate::record::{CameraSamples, camera_samples};
 use crate::run::Run;
 use crate::shading::World;
@@ -49,7 +49,7 @@ pub fn prepare(
 /// computed.
 ///
 /// # Errors
-/// As [`prepare`]; [`Error::Render`] when the known proxy is not of this scene's cells.
+/// As [`prepare`]; as [`Proxy::restore`] for what is known.
 pub fn resume(
     world: &World,
     settings: &DecomposeSettings,
@@ -83,7 +83,7 @@ impl Prepared {
         seed: u64,
         run: &'a Run,
     ) -> Context<'a> {
-        let (proxy, lengths) = (self.stage.proxy(), self.lengths);
+        let (proxy, lengths) = (&self.stage.proxy, self.lengths);
         Context { world, proxy, settings, lengths, seed, run }
     }
 
@@ -100,21 +100,8 @@ impl Prepared {
     ) -> Result<Self> {
         settings.validate()?;
         inputs.validate()?;
-        let cells = cells(world, inputs, run)?;
-        if cells.len() != known.radiosity.len() {
-            return Err(Error::Render(format!(
-                "the loaded proxy has {} cells, the scene {}: it belongs to another scene",
-                known.radiosity.len(),
-                cells.len()
-            )));
-        }
-        let proxy_stats = ProxyStats { cells: cells.len(), ..ProxyStats::default() };
-        let stage = Stage {
-            cells,
-            radiosity: known.radiosity,
-            proxy_stats,
-            samples: CameraSamples::default(),
-        };
+        let proxy = Proxy::restore(world, inputs.proxy(), known.proxy, run)?;
+        let stage = Stage { proxy, samples: CameraSamples::default() };
         let sampled = known.sampled;
         Ok(Self { stage, sampled, ..Self::empty(settings.lengths(world.diagonal)) })
     }
@@ -123,7 +110,7 @@ impl Prepared {
     /// it sees, else they stay.
     ///
     /// # Errors
-    /// [`Error::Interrupted`].
+    /// [`crate::error::Error::Interrupted`].
     pub fn look(
         &mut self,
         world: &World,
@@ -135,17 +122,8 @@ impl Prepared {
         self.sides_added = 0;
         self.sample_seconds = 0.0;
         if extend {
-            let stage = &mut self.stage;
             let views = std::slice::from_ref(&world.camera);
-            let more = photon::extend(
-                world,
-                &stage.cells,
-                &mut stage.radiosity,
-                inputs.photon,
-                views,
-                inputs.seed,
-                run,
-            )?;
+            let more = self.stage.proxy.need(world, Need::Views(views), run)?;
             self.sides_added = more.sides;
         }
         self.stage.samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
@@ -166,14 +144,15 @@ impl Prepared {
         run: &Run,
     ) -> Result<()> {
         self.earlier = self.sampled.clusters.len();
-        let (proxy, lengths) = (self.stage.proxy(), self.lengths);
+        let (proxy, lengths) = (&self.stage.proxy, self.lengths);
         let context = Context { world, proxy, settings, lengths, seed, run };
         let samples = &self.stage.samples;
         let points = &samples.points;
         let stride = settings.record_stride;
         let chosen = |&i: &u32| {
             let pixel = points.pixel[i as usize];
-            (pixel % samples.width) % stride == 0 && (pixel / samples.width) % stride == 0
+            let (x, y) = (pixel % samples.width, pixel / samples.width);
+            x.is_multiple_of(stride) && y.is_multiple_of(stride)
         };
         let chosen: Vec<u32> = (0..points.len() as u32).filter(chosen).collect();
         self.sample_seconds = extend(&context, points, chosen, &mut self.sampled)?;

@@ -3,16 +3,14 @@
 //!
 //! The comments hold a [`crate::method::key`]: kind "decomposition", the scene, the settings of the
 //! proxy and of passes 1 and 2. The element `vertex` holds the clusters: x y z nx ny nz radius,
-//! sh_0_r sh_0_g sh_0_b …, red green blue. The element `cell` holds the cells, in the order that
-//! scene and `near_cell` decide: radiosity and indirect irradiance of front and back, coverage,
-//! gathered. Coefficient l² + l + m of colour c is `sh_<index>_<c>`, radiance (W·sr⁻¹·m⁻²), as
-//! [`crate::sh`] has them; `gathered` has bit 0 for the front and bit 1 for the back. Settings of
-//! pass 3 may differ between the render that saves and the one that loads, and so may the camera
-//! and the seed.
+//! sh_0_r sh_0_g sh_0_b …, red green blue. The other element holds the rows of the proxy
+//! ([`SavedProxy`]). Coefficient l² + l + m of colour c is `sh_<index>_<c>`, radiance
+//! (W·sr⁻¹·m⁻²), as [`crate::sh`] has them. Settings of pass 3 may differ between the render that
+//! saves and the one that loads, and so may the camera and the seed.
 //!
 //! Floats are stored as they are: what is loaded is bit for bit what was saved. A file is there
 //! whole or not at all; files of another scene, other settings or another version, cut short or
-//! damaged, are refused, with what differs. A cell takes 53 B, a cluster 31 B and 12 B for each
+//! damaged, are refused, with what differs. A cluster takes 31 B and 12 B for each
 //! coefficient.
 
 use std::path::Path;
@@ -23,13 +21,12 @@ use super::far::SampledClusters;
 use super::{DecomposeSettings, Prepared};
 use crate::error::{Error, Result};
 use crate::method::key::Key;
-use crate::method::ply::{self, Columns, Rows};
 use crate::method::stage::Inputs;
-use crate::photon::{CellRadiosity, Estimate};
+use crate::ply::{self, Columns, Rows};
+use crate::proxy::SavedProxy;
 use crate::radiometry::Rgb;
 use crate::scene::Fingerprint;
 use crate::sh::ShRgb;
-use crate::tessellate::Side;
 
 const VERSION: u32 = 3;
 
@@ -51,11 +48,11 @@ const LEFT_OUT: [&str; 13] = [
     "near_filter_reach",
 ];
 
-/// What does not belong to a view: radiosity of the cells, clusters without members, their SH.
+/// What does not belong to a view: the proxy, clusters without members, their SH.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Known {
     /// The proxy.
-    pub radiosity: CellRadiosity,
+    pub proxy: SavedProxy,
     /// Clusters without members, and their distant light.
     pub sampled: SampledClusters,
 }
@@ -66,7 +63,7 @@ impl Known {
         let Prepared { sampled, stage, .. } = prepared;
         let mut sampled = sampled.clone();
         sampled.clusters.forget_members();
-        Self { radiosity: stage.radiosity.clone(), sampled }
+        Self { proxy: stage.proxy.saved(), sampled }
     }
 }
 
@@ -94,18 +91,9 @@ fn columns(bands: u32) -> [Columns; 2] {
         "x", "y", "z", "nx", "ny", "nz", "radius", "anchor_x", "anchor_y", "anchor_z", "scale",
     ]);
     vertex.extend((0..bands * bands).flat_map(|i| ["r", "g", "b"].map(|c| format!("sh_{i}_{c}"))));
-    let of = |quantity: &str| {
-        ["front", "back"]
-            .into_iter()
-            .flat_map(|side| ["r", "g", "b"].map(|c| format!("{quantity}_{side}_{c}")))
-            .collect::<Vec<_>>()
-    };
-    let mut cell = of("radiosity");
-    cell.extend(of("indirect"));
-    cell.push("coverage".into());
     [
-        Columns { element: "vertex", floats: vertex, bytes: vec!["red", "green", "blue"] },
-        Columns { element: "cell", floats: cell, bytes: vec!["gathered"] },
+        Columns::new("vertex").floats(vertex).bytes(["red", "green", "blue"]),
+        Columns::new(SavedProxy::ELEMENT).floats(SavedProxy::floats()).bytes(SavedProxy::BYTES),
     ]
 }
 
@@ -118,7 +106,7 @@ pub fn save(path: &Path, key: &Key, known: &Known, settings: &DecomposeSettings)
     let irradiance: Vec<Rgb> =
         sh.iter().zip(&clusters.normal).map(|(sh, &n)| sh.irradiance(n)).collect();
     let scale = ply::colour_scale(irradiance.iter().copied());
-    let (mut vertex, mut cell) = (Rows::default(), Rows::default());
+    let (mut vertex, mut rows) = (Rows::default(), Rows::default());
     for (i, &e) in irradiance.iter().enumerate() {
         let coefficients = sh[i]
             .0
@@ -131,18 +119,11 @@ pub fn save(path: &Path, key: &Key, known: &Known, settings: &DecomposeSettings)
         let place = place.chain(c.anchor[i].to_array()).chain([c.scale_of(i)]);
         vertex.push(place.chain(coefficients), &ply::colour(e, scale));
     }
-    let r = &known.radiosity;
-    let gathered = |cell: usize, side: Side| {
-        let gathered = r.gathered.get(2 * cell + side as usize);
-        u8::from(gathered.is_some_and(|&g| g)) << side as u8
-    };
-    for i in 0..r.len() {
-        let sides = [r.front[i], r.back[i], r.indirect_front[i], r.indirect_back[i]];
-        let values = sides.into_iter().flat_map(|c| c.to_array()).chain([r.coverage(i as u32)]);
-        cell.push(values, &[gathered(i, Side::Front) | gathered(i, Side::Back)]);
+    for (floats, bytes) in known.proxy.rows() {
+        rows.push(floats, &bytes);
     }
-    let [of_vertex, of_cell] = columns(settings.sh_bands);
-    ply::write_elements(path, &key.comments(), &[(of_vertex, vertex), (of_cell, cell)])
+    let [of_vertex, of_proxy] = columns(settings.sh_bands);
+    ply::write_elements(path, &key.comments(), &[(of_vertex, vertex), (of_proxy, rows)])
 }
 
 /// Reads a file that belongs to `key`.
@@ -167,7 +148,7 @@ pub fn load(
         )
     };
     let mut known = Known::default();
-    for (i, (v, _)) in rows[0].iter(columns[0].floats.len(), 3).enumerate() {
+    for (i, (v, _)) in rows[0].iter(&columns[0]).enumerate() {
         let normal = Vec3::from_slice(&v[3..]);
         if !v.iter().all(|x| x.is_finite()) || (normal.length() - 1.0).abs() > 1e-3 || v[6] < 0.0 {
             return Err(damaged("cluster", i));
@@ -187,22 +168,7 @@ pub fn load(
     if clusters.scale.iter().all(|&s| s == 1.0) {
         clusters.scale.clear();
     }
-    let (r, gather) = (&mut known.radiosity, inputs.photon.estimate == Estimate::Gather);
-    for (i, (v, flags)) in rows[1].iter(columns[1].floats.len(), 1).enumerate() {
-        if !v.iter().all(|x| x.is_finite() && *x >= 0.0) || flags[0] > 3 {
-            return Err(damaged("cell", i));
-        }
-        r.front.push(Vec3::from_slice(&v));
-        r.back.push(Vec3::from_slice(&v[3..]));
-        r.indirect_front.push(Vec3::from_slice(&v[6..]));
-        r.indirect_back.push(Vec3::from_slice(&v[9..]));
-        r.coverage.push(v[12]);
-        if gather {
-            r.gathered.extend([flags[0] & 1 != 0, flags[0] & 2 != 0]);
-        }
-    }
-    if r.coverage.iter().all(|&c| c == 1.0) {
-        r.coverage.clear();
-    }
+    known.proxy = SavedProxy::from_rows(rows[1].iter(&columns[1]), inputs.photon)
+        .map_err(|row| damaged(SavedProxy::ELEMENT, row))?;
     Ok(known)
 }

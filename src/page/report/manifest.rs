@@ -4,15 +4,15 @@
 //! title = "Two ways to light a room"
 //! text = "Shown above the sections."
 //! [[section]]
-//! folder = "room"                          # below the report's folder; "." is the folder itself; may come several times
+//! folder = "room"                          # below the report's folder, which is "."; may repeat
 //! title = "The room"
 //! text = "Shown under the title."
 //! pictures = ["fast", "slow", "truth"]     # names without .exr, in order; default all
 //! reference = "truth"
 //! pair = ["fast", "truth"]                 # what the divider parts at first
-//! exposure = 0.5                           # stops; default: log-average luminance of the reference at 0.18
+//! exposure = 0.5                           # stops; default: log-average luminance at 0.18
 //! layers = ["fast"]                        # pictures whose layers far and near are shown too
-//! ratio = ["slow", "fast"]                 # the opponent and ours; Monte Carlo's time comes from the reference's own noise
+//! ratio = ["slow", "fast"]                 # the opponent and ours
 //! [[section.toggle]]
 //! label = "denoiser"
 //! off = "noisy"
@@ -30,18 +30,18 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 
 /// The whole of `report.toml`.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
-pub(super) struct Manifest {
+pub(crate) struct Manifest {
     pub title: Option<String>,
     pub text: String,
     pub section: Vec<SectionPlan>,
 }
 
 /// One section as it is asked for.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
-pub(super) struct SectionPlan {
+pub(crate) struct SectionPlan {
     pub folder: String,
     pub title: Option<String>,
     pub text: String,
@@ -58,7 +58,7 @@ pub(super) struct SectionPlan {
 /// Two pictures that differ by one switch.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Toggle {
+pub(crate) struct Toggle {
     pub label: String,
     pub off: String,
     pub on: String,
@@ -67,7 +67,7 @@ pub(super) struct Toggle {
 /// Pictures along one setting.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Sweep {
+pub(crate) struct Sweep {
     pub label: String,
     pub values: Vec<f64>,
     pub pictures: Vec<String>,
@@ -112,7 +112,8 @@ pub(super) fn read_manifest(dir: &Path) -> Result<Manifest> {
     for section in &manifest.section {
         if let Some(sweep) = section.sweep.as_ref().filter(|s| s.values.len() != s.pictures.len()) {
             return Err(Error::Usage(format!(
-                "{}: section \"{}\": the sweep has {} values and {} pictures; give one value a picture",
+                "{}: section \"{}\": the sweep has {} values and {} pictures; give one value a \
+                 picture",
                 path.display(),
                 section.folder,
                 sweep.values.len(),

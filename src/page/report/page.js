@@ -204,7 +204,12 @@ class SectionView {
         judged.map(s => [s.name, figure(s.error.relmse), figure(s.error.relmse_trimmed), figure(s.error.relmse_trimmed_standard_error, 2), (s.error.bias >= 0 ? '+' : '−') + Math.abs(100 * s.error.bias).toFixed(2) + ' %', s.error.flip.toFixed(3)])));
       if (!judged[0].error.halves) parts.push(make('p', { class: 'small' }, 'The reference has no two halves: its own noise counts as error here.'));
     }
-    if (data.reference_noise != null) parts.push(make('p', { class: 'small noise' }, `Noise of ${data.reference} itself: relMSE ${figure(data.reference_noise, 2)}; its two halves keep it out of the numerator. ` + (data.noisy ? 'It is too large for the denominator r²: the figures above come out too high, in dark places far too high; only their order may mean something. A reference of more samples mends this.' : '')));
+    if (data.reference_noise != null) {
+      const noise = `Noise of ${data.reference} itself: relMSE ${figure(data.reference_noise, 2)}. ` +
+        'Its two halves keep it out of relMSE, MSE and bias on average.';
+      parts.push(make('p', { class: 'small noise' }, noise));
+    }
+    for (const doubt of data.doubts) parts.push(make('p', { class: 'small noise' }, doubt));
     const timed = data.shown.filter(s => s.cpu_seconds != null || s.wall_seconds != null);
     if (timed.length) {
       const keys = [...new Set(timed.flatMap(s => s.facts.map(f => f[0])))];

@@ -23,7 +23,8 @@ pub(super) struct Section {
     pub reference: Option<String>,
     /// The reference's own relMSE, from its halves.
     pub reference_noise: Option<f64>,
-    pub noisy: bool,
+    /// What to doubt in the figures, picture by picture.
+    pub doubts: Vec<String>,
     pub pair: [String; 2],
     pub shown: Vec<Shown>,
     pub toggles: Vec<Toggle>,
@@ -60,10 +61,6 @@ pub(super) struct Ratio {
     pub monte_carlo_over_ours: Option<f64>,
 }
 
-/// Above this relMSE of its own a reference's noise in the denominator of relMSE spoils the
-/// figures.
-const NOISY: f64 = 0.01;
-
 const FACTS: [&str; 8] = [
     "clusters",
     "records",
@@ -74,6 +71,13 @@ const FACTS: [&str; 8] = [
     "peak_rss_bytes",
     "threads",
 ];
+
+impl Shown {
+    fn doubts(&self) -> Vec<String> {
+        let warnings = self.error.as_ref().map(Comparison::warnings).unwrap_or_default();
+        warnings.iter().map(|w| format!("{}: {w}.", self.name)).collect()
+    }
+}
 
 fn shown(picture: &Picture, pixels: &[Rgb], truth: Option<&Truth>) -> Result<Shown> {
     let film = &picture.film;
@@ -115,7 +119,7 @@ fn ratio(
     let of = |name: &str| made.iter().find(|s| s.name == name);
     let (theirs, own) = (of(&cache)?, of(&ours)?);
     let own_seconds = own.cpu_seconds.filter(|s| *s > 0.0)?;
-    let monte_carlo = truth.filter(|(_, noise)| *noise <= NOISY).and_then(|(picture, noise)| {
+    let monte_carlo = truth.and_then(|(picture, noise)| {
         let error = own.error.as_ref()?.errors.relmse_trimmed;
         Some(picture.cpu_seconds()? * noise / error / own_seconds)
             .filter(|v| v.is_finite() && *v > 0.0)
@@ -190,7 +194,7 @@ pub(super) fn section(
         pair: plan.pair.clone().unwrap_or_else(|| [name(ours), name(found.unwrap_or(last))]),
         ratio: ratio(plan.ratio.as_ref(), pictures, &made, found.map(|i| &pictures[i]).zip(noise)),
         reference_noise: noise,
-        noisy: noise.is_some_and(|n| n > NOISY),
+        doubts: made.iter().flat_map(Shown::doubts).collect(),
         reference: found.map(name),
         toggles: plan.toggle.clone(),
         sweep: plan.sweep.clone(),

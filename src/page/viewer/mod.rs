@@ -6,7 +6,7 @@
 //!         `radius_along` and `radius_across`; without any the elements are points.
 //! Output  HTML that needs nothing else: style, program and data are inside, and its policy lets it
 //!         ask nobody for anything. WebGL2 and a browser of 2023 or later.
-//! Data    columns, elements in the order of [`crate::points::Hierarchy`]; bytes of equal weight
+//! Data    columns, elements in the order of [`crate::cloud::Hierarchy`]; bytes of equal weight
 //!         stand together (all first bytes, all second …), which lets DEFLATE find what neighbours
 //!         have in common; then base64. Nodes of the tree follow as columns of their own: range of
 //!         elements, depth, centre, normal, area. Means over a node are taken in the page.
@@ -14,7 +14,7 @@
 //! Guarantees  what a pick shows is the number in the file, to the last bit; only pictures are
 //!             rounded (colours and normals to 8 bits).
 //! Not     numbers of later elements than `vertex`, lists, text or big-endian files.
-//! Cost    about 50 B an element in the page for what `nearfar bake` writes, 24 B on the graphics
+//! Cost    about 50 B an element in the page for what `nearfar cloud bake` writes, 24 B on the graphics
 //!         card, one buffer and one draw call.
 //!
 //! | File | Job |
@@ -22,7 +22,8 @@
 //! | `table` | [`Table`]: the columns of a file |
 //! | `pack` | columns as text |
 //! | `viewer.html`, `viewer.css` | what the page looks like |
-//! | `data.js`, `camera.js`, `draw.js`, `viewer.js` | columns and colours, the view, WebGL, the controls |
+//! | `data.js`, `camera.js` | columns and colours, the view |
+//! | `draw.js`, `viewer.js` | WebGL, the controls |
 
 mod pack;
 mod table;
@@ -30,8 +31,8 @@ mod table;
 use glam::Vec3;
 use serde_json::json;
 
-use crate::error::{Error, Result};
-use crate::points::{Cloud, Hierarchy, HitSides};
+use crate::cloud::{Cloud, Hierarchy, HitSides};
+use crate::error::Result;
 use pack::column;
 pub use table::Table;
 
@@ -47,7 +48,7 @@ const PROGRAM: [&str; 4] = [
 /// The page of a table. Call inside the thread pool.
 ///
 /// # Errors
-/// [`Error::Render`] for tables without elements or with more than 2³⁰.
+/// [`crate::error::Error::Render`] for tables without elements or with more than 2³⁰.
 pub fn page(table: &Table, title: &str) -> Result<String> {
     let (cloud, sized) = cloud(table);
     let tree = Hierarchy::new(&cloud, HitSides::Both)?;
@@ -60,12 +61,12 @@ pub fn page(table: &Table, title: &str) -> Result<String> {
             data.push_str("</script>\n");
         };
     for c in table.columns() {
-        add(&mut columns, c.name, c.kind.name(), &table.sorted(&c, tree.order()), c.kind.size());
+        add(&mut columns, c.name, c.type_code(), &table.sorted(&c, tree.order()), c.kind.size());
     }
     let index: Vec<u8> = tree.order().iter().flat_map(|i| i.to_le_bytes()).collect();
     add(&mut columns, "", "u4", &index, 4);
     let (groups, mut nodes) = (tree.all_groups(), Vec::new());
-    let ints = |f: &dyn Fn(&crate::points::Group) -> u32| {
+    let ints = |f: &dyn Fn(&crate::cloud::Group) -> u32| {
         groups.iter().flat_map(|g| f(g).to_le_bytes()).collect::<Vec<u8>>()
     };
     for (name, bytes) in [
@@ -141,14 +142,7 @@ fn cloud(table: &Table) -> (Cloud, bool) {
 /// Writes the page of a table, whole or not at all.
 ///
 /// # Errors
-/// As [`page`], and [`Error::Io`] when the system refuses.
+/// As [`page`], and [`crate::error::Error::Io`] when the system refuses.
 pub fn write_page(table: &Table, title: &str, path: &std::path::Path) -> Result<()> {
-    let page = page(table, title)?;
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    std::fs::write(&part, page).and_then(|()| std::fs::rename(&part, path)).map_err(|source| {
-        drop(std::fs::remove_file(&part));
-        Error::Io { path: path.into(), source }
-    })
+    crate::atomic_file::write_bytes(path, page(table, title)?)
 }

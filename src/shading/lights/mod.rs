@@ -18,7 +18,7 @@
 //! Knobs      `direct.light_samples` (shadow rays per camera sample, default 1).
 
 mod direct;
-mod emit;
+mod photon_emission;
 mod pick;
 mod sample;
 mod sky;

@@ -15,8 +15,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{Clusters, SampledClusters, Sight};
+use crate::math::KdTree;
 use crate::method::decompose::Context;
-use crate::photon::KdTree;
 use crate::sh::ShRgb;
 
 /// Clusters with their SH, indexed by position.

@@ -22,8 +22,8 @@ use glam::Vec3;
 
 use super::Sight;
 use super::cluster::Clusters;
+use crate::math::KdTree;
 use crate::method::decompose::{DecomposeSettings, Lengths, NearHits};
-use crate::photon::KdTree;
 use crate::radiometry::Rgb;
 use crate::sh::{Fit, ShRgb};
 

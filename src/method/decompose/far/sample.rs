@@ -55,6 +55,7 @@ pub fn sample(
                 members: clusters.members_of(c),
                 rays: settings.rays,
                 alpha: lengths.alpha * clusters.scale_of(c),
+                stream: Stream::Far,
                 element: c as u64,
             };
             timed(&mut || hits = bundle.shoot(context, points));
@@ -88,7 +89,9 @@ pub struct Bundle<'a> {
     pub rays: u32,
     /// Near/far distance, scene units.
     pub alpha: f32,
-    /// Keys their random numbers.
+    /// Who draws their random numbers.
+    pub stream: Stream,
+    /// Keys these.
     pub element: u64,
 }
 
@@ -105,7 +108,7 @@ impl Bundle<'_> {
     /// What the rays find.
     fn shoot(&self, context: &Context<'_>, points: &ShadingPoints) -> Vec<FarHit> {
         let Context { world, proxy, settings, .. } = *context;
-        let sobol = Sobol::new(context.seed, Stream::Far, self.element);
+        let sobol = Sobol::new(context.seed, self.stream, self.element);
         let last = self.members.len() - 1;
         let mut hits = Vec::with_capacity(self.rays as usize);
         for r in 0..self.rays {

@@ -77,8 +77,6 @@ impl Far<'_> {
 
     /// The field at point `i`.
     fn at(&self, context: &Context<'_>, points: &ShadingPoints, i: usize) -> FarAt {
-        /// Keys their random numbers apart from those of clusters.
-        const OWN: u64 = 1 << 40;
         let alpha = context.lengths.alpha;
         if let Self::Blended(field) = self
             && let Some(far) = field.at(points.p[i], points.ns[i])
@@ -89,7 +87,8 @@ impl Far<'_> {
             members: &[i as u32],
             rays: self.own_rays(context),
             alpha,
-            element: OWN | i as u64,
+            stream: Stream::FarPoint,
+            element: i as u64,
         };
         FarAt { sh: bundle.fit(context, points), cluster: None, alpha }
     }

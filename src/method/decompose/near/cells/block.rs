@@ -2,14 +2,15 @@
 
 use glam::Vec3;
 
-use super::facets::{Facet, Facets};
 use super::monte_carlo::{Covering, covered};
 use super::{NearQuery, NearSum};
 use crate::ffi::lanes::{Eight, Lanes};
 use crate::method::decompose::NearHits;
+use crate::proxy::Facet;
 use crate::radiometry::Rgb;
 use crate::sampling::Rng;
 use crate::sh::{MOMENTS, cross, dot, moments8};
+use crate::tessellate::Side;
 
 /// Eight facets.
 #[derive(Clone, Debug)]
@@ -28,8 +29,9 @@ pub(super) struct Block {
 
 impl Block {
     /// Of at most eight facets; lanes past the last repeat it and count nothing.
-    pub(super) fn new(facets: Facets<'_>, ids: &[u32]) -> Self {
-        let of: [Facet; 8] = std::array::from_fn(|lane| facets.get(ids[lane.min(ids.len() - 1)]));
+    pub(super) fn new(facets: &[Facet], ids: &[u32]) -> Self {
+        let of: [Facet; 8] =
+            std::array::from_fn(|lane| facets[ids[lane.min(ids.len() - 1)] as usize]);
         let lanes = |f: &dyn Fn(&Facet) -> f32| Eight::from_fn(|lane| f(&of[lane]));
         let coverage = |lane: usize| if lane < ids.len() { of[lane].coverage } else { 0.0 };
         let radiance = std::f32::consts::FRAC_1_PI;
@@ -38,8 +40,12 @@ impl Block {
                 std::array::from_fn(|k| lanes(&|facet| facet.corners[v][k]))
             }),
             centroid: std::array::from_fn(|k| lanes(&|facet| facet.centroid[k])),
-            front: std::array::from_fn(|k| lanes(&|facet| facet.front[k] * radiance)),
-            back: std::array::from_fn(|k| lanes(&|facet| facet.back[k] * radiance)),
+            front: std::array::from_fn(|k| {
+                lanes(&|facet| facet.radiosity_of(Side::Front)[k] * radiance)
+            }),
+            back: std::array::from_fn(|k| {
+                lanes(&|facet| facet.radiosity_of(Side::Back)[k] * radiance)
+            }),
             one_sided: Eight::mask(|lane| of[lane].one_sided),
             coverage: Eight::from_fn(coverage),
         }

@@ -11,7 +11,8 @@
 //! The cells lie in blocks of eight ([`block`]), leaves of a median-split tree of boxes ([`tree`]).
 //! A query walks the boxes that touch the ball of radius alpha and reach above the tangent plane; a
 //! block whose lanes are all too far, all below the horizon, or all in the point's own plane is
-//! left early. What a cell is, [`facets`] asks the proxy.
+//! left early. The cells are the
+//! facets of the proxy.
 //!
 //! A cell counts with the side that faces the point; the back of a one-sided cell does not exist.
 //! Cells whose plane passes closer to the point than a thousandth of their size are its own plane
@@ -22,7 +23,6 @@
 //! whatever the thread. A cell takes 72 B of memory, a near cell tens of nanoseconds.
 
 mod block;
-mod facets;
 mod monte_carlo;
 #[cfg(test)]
 mod tests;

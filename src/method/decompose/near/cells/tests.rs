@@ -1,11 +1,16 @@
 use super::*;
-use crate::photon::{CellRadiosity, Proxy};
+use crate::proxy::Proxy;
 use crate::sampling::{Stream, sample_uniform_sphere};
 use crate::scene::{Material, Mesh, Scene, Sides};
 use crate::sh::{Quadratic, moments};
-use crate::tessellate::{Cells, Geometry, Side};
+use crate::tessellate::{Geometry, Side};
 
-fn cells_of(positions: Vec<Vec3>, sides: Sides, near_cell: f32) -> Cells {
+fn proxy_of(
+    positions: Vec<Vec3>,
+    sides: Sides,
+    near_cell: f32,
+    glow: impl FnMut(Vec3, Vec3) -> Rgb,
+) -> Proxy {
     let n = positions.len() as u32 / 3;
     let mesh = Mesh {
         positions,
@@ -14,46 +19,41 @@ fn cells_of(positions: Vec<Vec3>, sides: Sides, near_cell: f32) -> Cells {
         sides,
         ..Mesh::default()
     };
-    Cells::new(
+    Proxy::given(
         &Geometry::new(&Scene {
             meshes: vec![mesh],
             materials: vec![Material::default()],
             ..Scene::default()
         }),
         near_cell,
+        glow,
     )
     .unwrap()
 }
 
-fn random_radiosity(cells: &Cells, rng: &mut Rng) -> CellRadiosity {
-    let mut side = || {
-        (0..cells.len()).map(|_| Rgb::new(rng.next_f32(), rng.next_f32(), rng.next_f32())).collect()
-    };
-    CellRadiosity { front: side(), back: side(), ..CellRadiosity::default() }
+fn random_glow(rng: &mut Rng) -> impl FnMut(Vec3, Vec3) -> Rgb + '_ {
+    |_, _| Rgb::new(rng.next_f32(), rng.next_f32(), rng.next_f32())
 }
 
 /// The definition, cell by cell in double precision.
 fn brute(
-    proxy: Proxy<'_>,
+    proxy: &Proxy,
     (x, n): (Vec3, Vec3),
     near_hits: NearHits,
     alpha: f32,
 ) -> (Rgb, [f64; MOMENTS], u32) {
-    let Proxy { cells, radiosity } = proxy;
+    let tolerance = 1e-3 * proxy.piece_size();
     let (mut sent, mut sum, mut count) = (Rgb::ZERO, [0.0; MOMENTS], 0);
-    for (i, c) in cells.corners.iter().enumerate() {
-        let mut v = c.map(|p| p - x);
+    for f in proxy.facets() {
+        let mut v = f.corners.map(|p| p - x);
         let normal = (v[1] - v[0]).cross(v[2] - v[0]).normalize();
-        let m = near_hits.membership(cells.centroids[i].distance(x), alpha);
+        let m = near_hits.membership(f.centroid.distance(x), alpha);
         let det = v[0].dot(normal);
-        if m <= 0.0
-            || det.abs() <= 1e-3 * cells.near_cell
-            || v.iter().all(|p| p.dot(n) <= 1e-3 * cells.near_cell)
-        {
+        if m <= 0.0 || det.abs() <= tolerance || v.iter().all(|p| p.dot(n) <= tolerance) {
             continue;
         }
         let side = if det > 0.0 { Side::Back } else { Side::Front };
-        if side == Side::Back && cells.one_sided[i] {
+        if side == Side::Back && f.one_sided {
             continue;
         }
         if side == Side::Front {
@@ -61,8 +61,7 @@ fn brute(
         }
         let found = moments(&v, n);
         count += 1;
-        sent +=
-            radiosity.get(i as u32, side) * (f64::from(m) * found[0] / std::f64::consts::PI) as f32;
+        sent += f.radiosity_of(side) * (f64::from(m) * found[0] / std::f64::consts::PI) as f32;
         for (s, f) in sum.iter_mut().zip(found) {
             *s += f64::from(m) * f;
         }
@@ -81,11 +80,9 @@ fn equals_the_definition_for_every_alpha_and_side_rule() {
         })
         .collect();
     for sides in [Sides::One, Sides::Two] {
-        let cells = cells_of(positions.clone(), sides, 0.15);
-        assert!(cells.len() > 300);
-        let radiosity = random_radiosity(&cells, &mut rng);
-        let proxy = Proxy { cells: &cells, radiosity: &radiosity };
-        let tree = NearTree::new(proxy);
+        let proxy = proxy_of(positions.clone(), sides, 0.15, random_glow(&mut rng));
+        assert!(proxy.facet_count() > 300);
+        let tree = NearTree::new(&proxy);
         for alpha in [0.3, 1.0, f32::INFINITY] {
             for i in 0..100 {
                 let near_hits = [NearHits::Damp, NearHits::Ignore][i % 2];
@@ -93,7 +90,7 @@ fn equals_the_definition_for_every_alpha_and_side_rule() {
                 let n = sample_uniform_sphere(rng.next_2d());
                 let query = NearQuery { near_hits, ..NearQuery::assumed(alpha) };
                 let fast = tree.sum(x, n, &query, &mut rng);
-                let (sent, sum, count) = brute(proxy, (x, n), near_hits, alpha);
+                let (sent, sum, count) = brute(&proxy, (x, n), near_hits, alpha);
                 assert_eq!(fast.cells, count);
                 assert!((fast.sent - sent).abs().max_element() < 1e-4, "{} {sent}", fast.sent);
                 for (f, s) in fast.moments.iter().zip(sum) {
@@ -107,12 +104,11 @@ fn equals_the_definition_for_every_alpha_and_side_rule() {
 #[test]
 fn alpha_zero_finds_nothing_and_no_cells_are_no_trouble() {
     let mut rng = Rng::new(9, Stream::Test, 1, 0);
-    let cells = cells_of(vec![Vec3::ZERO, Vec3::X, Vec3::Y], Sides::Two, 0.1);
-    let radiosity = random_radiosity(&cells, &mut rng);
-    let tree = NearTree::new(Proxy { cells: &cells, radiosity: &radiosity });
+    let triangle = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+    let proxy = proxy_of(triangle, Sides::Two, 0.1, random_glow(&mut rng));
+    let tree = NearTree::new(&proxy);
     assert_eq!(tree.sum(Vec3::Z * 0.1, -Vec3::Z, &NearQuery::assumed(0.0), &mut rng).cells, 0);
-    let none = Cells::default();
-    let tree = NearTree::new(Proxy { cells: &none, radiosity: &CellRadiosity::default() });
+    let tree = NearTree::new(&Proxy::default());
     assert_eq!(tree.sum(Vec3::ZERO, Vec3::Z, &NearQuery::assumed(1.0), &mut rng).cells, 0);
 }
 
@@ -121,14 +117,8 @@ fn alpha_zero_finds_nothing_and_no_cells_are_no_trouble() {
 #[test]
 fn continuous_across_the_shell() {
     let mut rng = Rng::new(9, Stream::Test, 2, 0);
-    let cells = cells_of(
-        vec![Vec3::new(0.0, 0.0, 0.0), Vec3::new(0.3, 0.0, 0.0), Vec3::new(0.0, 0.3, 0.0)],
-        Sides::Two,
-        1.0,
-    );
-    let radiosity =
-        CellRadiosity { front: vec![Rgb::ONE], back: vec![Rgb::ONE], ..CellRadiosity::default() };
-    let tree = NearTree::new(Proxy { cells: &cells, radiosity: &radiosity });
+    let triangle = vec![Vec3::ZERO, Vec3::new(0.3, 0.0, 0.0), Vec3::new(0.0, 0.3, 0.0)];
+    let tree = NearTree::new(&proxy_of(triangle, Sides::Two, 1.0, |_, _| Rgb::ONE));
     let at = |z: f32, rng: &mut Rng| {
         tree.sum(Vec3::new(0.1, 0.1, z), -Vec3::Z, &NearQuery::assumed(1.0), rng).sent.x
     };
@@ -146,13 +136,10 @@ fn continuous_across_the_shell() {
 #[test]
 fn monte_carlo_agrees_with_the_closed_form() {
     let mut rng = Rng::new(9, Stream::Test, 3, 0);
-    let cells = cells_of(
-        vec![Vec3::new(-1.0, -1.0, 0.4), Vec3::new(1.0, -1.0, 0.6), Vec3::new(0.0, 1.0, 0.8)],
-        Sides::Two,
-        0.2,
-    );
-    let radiosity = random_radiosity(&cells, &mut rng);
-    let tree = NearTree::new(Proxy { cells: &cells, radiosity: &radiosity });
+    let triangle =
+        vec![Vec3::new(-1.0, -1.0, 0.4), Vec3::new(1.0, -1.0, 0.6), Vec3::new(0.0, 1.0, 0.8)];
+    let proxy = proxy_of(triangle, Sides::Two, 0.2, random_glow(&mut rng));
+    let tree = NearTree::new(&proxy);
     let mut field = ShRgb::default();
     for c in field.0.iter_mut().take(9) {
         *c = Rgb::new(rng.next_f32(), rng.next_f32(), rng.next_f32());

@@ -7,11 +7,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::block::{Block, Summation};
-use super::facets::Facets;
 use super::{NearQuery, NearSum};
 use crate::ffi::lanes::{self, Kernel, Lanes};
 use crate::math::Aabb;
-use crate::photon::Proxy;
+use crate::proxy::{Facet, Proxy};
 use crate::sampling::Rng;
 
 #[derive(Clone, Copy, Debug)]
@@ -37,16 +36,15 @@ fn middle(count: usize) -> usize {
 }
 
 /// Sorts ids into the tree's order: each node at the median of its widest axis.
-fn order(facets: Facets<'_>, ids: &mut [u32]) {
+fn order(facets: &[Facet], ids: &mut [u32]) {
     if ids.len() <= 8 {
         return;
     }
-    let spread = Aabb::around(ids.iter().map(|&i| facets.centroid(i)));
+    let spread = Aabb::around(ids.iter().map(|&i| facets[i as usize].centroid));
     let axis = (spread.max - spread.min).max_position();
     let cut = middle(ids.len());
-    ids.select_nth_unstable_by(cut, |&a, &b| {
-        facets.centroid(a)[axis].total_cmp(&facets.centroid(b)[axis]).then(a.cmp(&b))
-    });
+    let at = |i: u32| facets[i as usize].centroid[axis];
+    ids.select_nth_unstable_by(cut, |&a, &b| at(a).total_cmp(&at(b)).then(a.cmp(&b)));
     let (left, right) = ids.split_at_mut(cut);
     if right.len() > 2048 {
         rayon::join(|| order(facets, left), || order(facets, right));
@@ -69,24 +67,24 @@ fn leaves<'a>(ids: &'a [u32], out: &mut Vec<&'a [u32]>) {
 
 impl NearTree {
     /// Builds over all cells, with their present radiosity.
-    pub fn new(proxy: Proxy<'_>) -> Self {
-        let facets = Facets(proxy);
+    pub fn new(proxy: &Proxy) -> Self {
+        let facets: Vec<Facet> = proxy.facets().collect();
         let mut ids: Vec<u32> = (0..facets.len() as u32).collect();
         if ids.is_empty() {
             return Self { nodes: Vec::new(), blocks: Vec::new(), plane_tolerance: 0.0 };
         }
-        order(facets, &mut ids);
+        order(&facets, &mut ids);
         let mut groups = Vec::with_capacity(ids.len() / 8 + 1);
         leaves(&ids, &mut groups);
-        let blocks: Vec<Block> = groups.par_iter().map(|ids| Block::new(facets, ids)).collect();
+        let blocks: Vec<Block> = groups.par_iter().map(|ids| Block::new(&facets, ids)).collect();
         let bounds: Vec<Aabb> = groups
             .par_iter()
-            .map(|ids| Aabb::around(ids.iter().flat_map(|&i| facets.corners(i))))
+            .map(|ids| Aabb::around(ids.iter().flat_map(|&i| facets[i as usize].corners)))
             .collect();
         let mut tree = Self {
             nodes: Vec::with_capacity(2 * blocks.len()),
             blocks,
-            plane_tolerance: 1e-3 * facets.size(),
+            plane_tolerance: 1e-3 * proxy.piece_size(),
         };
         tree.link(&mut bounds.iter(), ids.len());
         tree

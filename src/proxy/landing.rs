@@ -1,0 +1,73 @@
+//! Where rays land, and what the proxy answers there.
+//!
+//! A [`Landing`] is a hit without its light: callers collect landings, ask the proxy for what they
+//! need ([`super::Need::Landings`]) and read it afterwards ([`super::Proxy::read`]).
+
+use glam::Vec3;
+
+use crate::math::{Hit, Ray};
+use crate::radiometry::Rgb;
+use crate::shading::{Surface, World};
+use crate::tessellate::Side;
+
+/// A point on one side of a surface, as a ray met it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Landing {
+    /// Triangle of the geometry.
+    pub triangle: u32,
+    /// Barycentric weight of vertex 1.
+    pub u: f32,
+    /// Barycentric weight of vertex 2.
+    pub v: f32,
+    /// Side that the ray met.
+    pub side: Side,
+}
+
+impl Landing {
+    /// Where `ray` had its `hit`.
+    pub fn new(world: &World, ray: &Ray, hit: &Hit) -> Self {
+        let normal = world.geometry.face_normals[hit.triangle as usize];
+        Self { triangle: hit.triangle, u: hit.u, v: hit.v, side: Side::met(normal, ray.dir) }
+    }
+}
+
+impl From<&Surface> for Landing {
+    fn from(s: &Surface) -> Self {
+        Self { triangle: s.triangle, u: s.u, v: s.v, side: s.side }
+    }
+}
+
+/// The piece of surface whose light a landing is told; all landings on it are told the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Piece(pub(super) u32);
+
+impl Piece {
+    /// A number that tells pieces apart.
+    pub fn number(self) -> u32 {
+        self.0
+    }
+}
+
+/// Light at a landing, emission left out: it is direct light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Radiosity, W·m⁻² per existing area; radiance is this / π.
+    pub radiosity: Rgb,
+    /// Indirect irradiance, W·m⁻².
+    pub indirect: Rgb,
+    /// Where it comes from.
+    pub piece: Piece,
+}
+
+/// Light that arrives along a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Incident {
+    /// Radiance, W·sr⁻¹·m⁻².
+    pub radiance: Rgb,
+    /// Distance in lengths of the ray's direction; infinite for the sky.
+    pub t: f32,
+    /// The piece of surface it comes from; none for the sky.
+    pub piece: Option<Piece>,
+    /// Unit geometric normal there, towards the ray's origin; zero for the sky.
+    pub normal: Vec3,
+}

@@ -1,0 +1,217 @@
+//! The proxy as the rest of the program sees it: made, extended by need, read where rays land.
+//!
+//! ```text
+//! L(ray) = B(piece, side) / π,  the sky where nothing is met
+//! emission counts zero: it is direct light
+//! ```
+//!
+//! [`Proxy::new`] makes what a [`Need`] asks for, [`Proxy::need`] adds what another asks for and
+//! keeps all that was there, bit for bit; [`Proxy::incident`] shoots and reads, [`Proxy::read`]
+//! reads where a ray has landed already. That the light lies on cells is known inside this room
+//! only; [`Proxy::facets`] gives the triangles that the near sum of the course runs over.
+
+use glam::Vec3;
+
+use super::cell_side::CellSide;
+use super::cells::Cells;
+use super::making::Making;
+use super::radiosity::CellRadiosity;
+use super::solve::{extend, solve};
+use super::{
+    Added, Facet, Incident, Landing, Piece, ProxySettings, ProxyStats, Reading, SavedProxy,
+};
+use crate::error::{Error, Result};
+use crate::math::Ray;
+use crate::radiometry::Rgb;
+use crate::run::Run;
+use crate::scene::Camera;
+use crate::shading::World;
+use crate::tessellate::{Geometry, Side};
+
+/// What a proxy is made with.
+#[derive(Clone, Copy, Debug)]
+pub struct ProxyInputs<'a> {
+    /// Longest edge of a piece of surface, scene units.
+    pub near_cell: f32,
+    /// How its light is found.
+    pub settings: &'a ProxySettings,
+    /// Seed of every random number.
+    pub seed: u64,
+}
+
+/// Where light has to be known.
+#[derive(Clone, Copy, Debug)]
+pub enum Need<'a> {
+    /// Where rays land that start at what these cameras see.
+    Views(&'a [Camera]),
+    /// Where rays have landed.
+    Landings(&'a [Landing]),
+}
+
+/// Light of the scene's surfaces.
+#[derive(Debug, Default)]
+pub struct Proxy {
+    cells: Cells,
+    light: CellRadiosity,
+    settings: ProxySettings,
+    seed: u64,
+    stats: ProxyStats,
+}
+
+/// The scene's surfaces in pieces (phase `cells`).
+fn cut(world: &World, near_cell: f32, run: &Run) -> Result<Cells> {
+    let _phase = run.phase("cells", 1);
+    run.install(|| Cells::new(&world.geometry, near_cell))
+}
+
+impl Proxy {
+    /// Light where it is needed (phases `cells`, `photons`, `gather`). What is not needed has a
+    /// coarse estimate.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for settings out of range and pieces that would not fit memory,
+    /// [`Error::Interrupted`].
+    pub fn new(world: &World, inputs: ProxyInputs<'_>, need: Need<'_>, run: &Run) -> Result<Self> {
+        let ProxyInputs { near_cell, settings, seed } = inputs;
+        settings.validate()?;
+        let cells = cut(world, near_cell, run)?;
+        let (light, stats) = solve(Making { world, cells: &cells, settings, seed, run }, need)?;
+        Ok(Self { cells, light, settings: settings.clone(), seed, stats })
+    }
+
+    /// A proxy that was kept, in the same scene with the same inputs.
+    ///
+    /// # Errors
+    /// As [`Proxy::new`]; [`Error::Render`] when it is not of this scene's pieces.
+    pub fn restore(
+        world: &World,
+        inputs: ProxyInputs<'_>,
+        saved: SavedProxy,
+        run: &Run,
+    ) -> Result<Self> {
+        let cells = cut(world, inputs.near_cell, run)?;
+        if cells.len() != saved.len() {
+            return Err(Error::Render(format!(
+                "the loaded proxy has {} cells, the scene {}: it was saved from another scene",
+                saved.len(),
+                cells.len()
+            )));
+        }
+        let stats = ProxyStats { cells: cells.len(), ..ProxyStats::default() };
+        let (light, settings) = (saved.0, inputs.settings.clone());
+        Ok(Self { cells, light, settings, seed: inputs.seed, stats })
+    }
+
+    /// A proxy whose light is given: `radiosity` (W·m⁻²) by the centroid of a piece and the unit
+    /// normal of its side. [`Proxy::need`] adds nothing to it.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a length that is not positive or pieces that would not fit memory.
+    pub fn given(
+        geometry: &Geometry,
+        near_cell: f32,
+        mut radiosity: impl FnMut(Vec3, Vec3) -> Rgb,
+    ) -> Result<Self> {
+        let cells = Cells::new(geometry, near_cell)?;
+        let leaving: Vec<Rgb> = CellSide::all(cells.len())
+            .map(|at| {
+                let normal = cells.normal(geometry, at.cell()) * at.side().sign();
+                radiosity(cells.centroids[at.cell() as usize], normal)
+            })
+            .collect();
+        let indirect = vec![Rgb::ZERO; leaving.len()];
+        let light = CellRadiosity { leaving, indirect, ..CellRadiosity::default() };
+        let stats = ProxyStats { cells: cells.len(), ..ProxyStats::default() };
+        Ok(Self { cells, light, stats, ..Self::default() })
+    }
+
+    /// Adds light where it is needed and not known yet (phase `gather`). What was known stays as
+    /// it is, bit for bit, and lights what is new.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    pub fn need(&mut self, world: &World, need: Need<'_>, run: &Run) -> Result<Added> {
+        let Self { cells, light, settings, seed, .. } = self;
+        extend(Making { world, cells, settings, seed: *seed, run }, light, need)
+    }
+
+    /// Shoots a ray and tells the light that arrives along it.
+    pub fn incident(&self, world: &World, ray: &Ray) -> Incident {
+        match world.rays.closest(ray) {
+            None => Incident {
+                radiance: world.lights.sky.radiance(ray.dir.normalize_or_zero()),
+                t: f32::INFINITY,
+                piece: None,
+                normal: Vec3::ZERO,
+            },
+            Some(hit) => {
+                let landing = Landing::new(world, ray, &hit);
+                let Reading { radiosity, piece, .. } = self.read(&landing);
+                let normal = world.geometry.face_normals[hit.triangle as usize];
+                Incident {
+                    radiance: radiosity * std::f32::consts::FRAC_1_PI,
+                    t: hit.t,
+                    piece: Some(piece),
+                    normal: normal * landing.side.sign(),
+                }
+            }
+        }
+    }
+
+    /// The light where a ray has landed.
+    pub fn read(&self, landing: &Landing) -> Reading {
+        let cell = self.cells.find(landing.triangle, landing.u, landing.v);
+        let at = CellSide::new(cell, landing.side).index();
+        Reading {
+            radiosity: self.light.leaving[at],
+            indirect: self.light.indirect[at],
+            piece: Piece(cell),
+        }
+    }
+
+    /// The point that stands for a piece: how near the piece is, is the distance of this point.
+    pub fn center(&self, piece: Piece) -> Vec3 {
+        self.cells.centroids[piece.0 as usize]
+    }
+
+    /// Longest edge of a piece, scene units: a landing is never farther than this from the point
+    /// that stands for its piece.
+    pub fn piece_size(&self) -> f32 {
+        self.cells.near_cell
+    }
+
+    /// Number of facets.
+    pub fn facet_count(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Facet `i` of [`Proxy::facet_count`].
+    pub fn facet(&self, i: u32) -> Facet {
+        let cells = &self.cells;
+        let at = Side::BOTH.map(|side| CellSide::new(i, side).index());
+        Facet {
+            corners: cells.corners[i as usize],
+            centroid: cells.centroids[i as usize],
+            triangle: cells.triangle_of[i as usize],
+            radiosity: at.map(|at| self.light.leaving[at]),
+            indirect: at.map(|at| self.light.indirect[at]),
+            one_sided: cells.one_sided[i as usize],
+            coverage: self.light.coverage(i),
+        }
+    }
+
+    /// All facets.
+    pub fn facets(&self) -> impl ExactSizeIterator<Item = Facet> + '_ {
+        (0..self.facet_count() as u32).map(|i| self.facet(i))
+    }
+
+    /// How it was made; [`Proxy::need`] leaves this as it is.
+    pub fn stats(&self) -> &ProxyStats {
+        &self.stats
+    }
+
+    /// What is worth keeping for later renders of the scene.
+    pub fn saved(&self) -> SavedProxy {
+        SavedProxy(self.light.clone())
+    }
+}
