@@ -1,5 +1,5 @@
-//! Irradiance at points of a scene: `cargo run --release --example irradiance -- SCENE.toml X,Y,Z …`.
-//! The points face upwards.
+//! Irradiance at points of a scene, which face upwards:
+//! `cargo run --release --example irradiance -- SCENE.toml X,Y,Z X,Y,Z`.
 
 use glam::Vec3;
 use nearfar::render::SurfacePoints;

@@ -330,7 +330,7 @@ fn broken_and_foreign_files_are_refused() {
     refused(&own, "PLY");
     std::fs::write(
         &file,
-        String::from_utf8_lossy(&good).replacen("cache 2", "cache 9", 1).as_bytes(),
+        String::from_utf8_lossy(&good).replacen("cache 3", "cache 9", 1).as_bytes(),
     )
     .unwrap();
     refused(&own, "version 9");

@@ -76,14 +76,14 @@ fn clusters_and_triangles_are_no_bigger_than_alpha() {
     let w = world(&small_room(), Backend::Bvh);
     for alpha in [3.0, 7.0, 20.0] {
         for radius in [None, Some(1.0), Some(50.0)] {
-            let mut config = RenderConfig::default();
-            config.decompose = DecomposeSettings {
+            let decompose = DecomposeSettings {
                 alpha: Length::PercentOfDiagonal(alpha),
                 cluster_radius: radius.map(Length::PercentOfDiagonal),
                 near_cell: radius.map(Length::PercentOfDiagonal),
                 rays: 16,
                 ..DecomposeSettings::default()
             };
+            let mut config = RenderConfig { decompose, ..RenderConfig::default() };
             config.proxy.photons = 1000;
             let config = config.for_method(Method::Course, w.diagonal).unwrap();
             let inputs = config.inputs(w.diagonal);

@@ -263,9 +263,9 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
         let bytes = [&good[..at], to.as_bytes(), &good[at + from.len()..]].concat();
         std::fs::write(&file, bytes).unwrap();
     };
-    text("decomposition 2", "decomposition 7");
-    refused(&own, "is of version 7; this program reads \"nearfar decomposition 2\"");
-    text("nearfar decomposition 2", "nearfar irradiance cache 2");
+    text("decomposition 3", "decomposition 7");
+    refused(&own, "is of version 7; this program reads \"nearfar decomposition 3\"");
+    text("nearfar decomposition 3", "nearfar irradiance cache 3");
     refused(&own, "is no decomposition");
     text("property float radius", "property float width");
     refused(&own, "other columns");
@@ -403,7 +403,10 @@ fn fly_as_a_user_types_it() {
         (&["--path", &path, "--to-eye", "1,2,3"], "cannot be used with"),
         (&["--to-eye", "1,2"], "write three numbers"),
         (&["--to-eye", &eye, "--reuse", "some"], "possible values"),
-        (&["--to-eye", &eye, "--reuse", "none", "--save-cache", &kept], "keeps nothing"),
+        (
+            &["--to-eye", &eye, "--reuse", "none", "--save-cache", &kept],
+            "frames that share nothing",
+        ),
     ] {
         let (code, _, err) = fly(arguments);
         assert!(code == 2 && err.contains(expected), "{arguments:?}: {err}");

@@ -149,7 +149,7 @@ impl Header {
                 return Err(fail("is not a PLY file".into()));
             }
             if got == 0 {
-                return Err(fail("the header has no end".into()));
+                return Err(fail("the PLY header has no end: the file is cut short".into()));
             }
             if text.trim() == "end_header" {
                 break;

@@ -14,8 +14,8 @@
 //! Guarantees  what a pick shows is the number in the file, to the last bit; only pictures are
 //!             rounded (colours and normals to 8 bits).
 //! Not     numbers of later elements than `vertex`, lists, text or big-endian files.
-//! Cost    about 50 B an element in the page for what `nearfar cloud bake` writes, 24 B on the graphics
-//!         card, one buffer and one draw call.
+//! Cost    about 50 B an element in the page for what `nearfar cloud bake` writes, 24 B on the
+//!         graphics card, one buffer and one draw call.
 //!
 //! | File | Job |
 //! |---|---|

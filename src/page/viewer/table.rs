@@ -44,8 +44,8 @@ impl Table {
     /// Reads a binary little-endian PLY file whose first element is `vertex`.
     ///
     /// # Errors
-    /// [`crate::error::Error::Io`] when the file cannot be read, [`crate::error::Error::Input`] when it is no such file, is cut
-    /// short, has no points, or points without a place.
+    /// [`crate::error::Error::Io`] when the file cannot be read, [`crate::error::Error::Input`]
+    /// when it is no such file, is cut short, has no points, or points without a place.
     pub fn read(path: &Path) -> Result<Self> {
         let mut reader = Reader::open(path)?;
         let points = reader.points()?;
