@@ -296,6 +296,26 @@ fn the_library_is_silent_and_safe() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// Options belong to the command line; a library's error names settings, files and what to do.
+#[test]
+fn library_errors_name_no_options() {
+    let mut wrong = Vec::new();
+    for source in sources("src").iter().filter(|s| !s.file.starts_with("src/cli/")) {
+        let own = source.text.lines().take_while(|line| *line != "#[cfg(test)]");
+        for (line, text) in own.enumerate() {
+            let code = text.split("//").next().unwrap_or_default();
+            let option = code.match_indices("--").any(|(at, _)| {
+                let before = code[..at].ends_with([' ', '"', '(']);
+                before && code[at + 2..].starts_with(|c: char| c.is_ascii_lowercase())
+            });
+            if option {
+                wrong.push(format!("{}:{}: {}", source.file, line + 1, text.trim()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 #[test]
 fn no_catch_all_files() {
     for source in sources("src").into_iter().chain(sources("tests")) {

@@ -72,7 +72,7 @@ impl BvhScene {
         }
         if depth(&bvh) >= MAX_DEPTH {
             return Err(Error::Accel(format!(
-                "the BVH is {} levels deep, over the limit of {MAX_DEPTH}; use --backend embree",
+                "the BVH is {} levels deep, over the limit of {MAX_DEPTH}; use the backend embree",
                 depth(&bvh)
             )));
         }

@@ -77,8 +77,8 @@ impl Key {
             Some(stored) => {
                 if let Some(parts) = self.scene.differing(&stored) {
                     return Some(format!(
-                        "was made for another scene: its {parts} differ from this one's; render \
-                         without --load-cache and save it again"
+                        "was made for another scene: its {parts} differ from this one's; start \
+                         without it and save it again"
                     ));
                 }
             }

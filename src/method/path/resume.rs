@@ -72,9 +72,7 @@ pub(super) fn add_state(film: &mut Film, pixels: &[Pixel]) {
 /// # Errors
 /// [`Error::Usage`] when the film is not of this scene, size and seed, or has no sums.
 pub(super) fn pixels_from(film: &Film, key: &str, width: u32, height: u32) -> Result<Vec<Pixel>> {
-    let other = |what: &str| {
-        Error::Usage(format!("cannot resume: {what}; render to a new file without --resume"))
-    };
+    let other = |what: &str| Error::Usage(format!("cannot resume: {what}; start a new file"));
     if (film.width, film.height) != (width, height) {
         return Err(other(&format!(
             "the file has {}×{} pixels, this render {width}×{height}",

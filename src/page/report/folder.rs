@@ -92,7 +92,7 @@ pub(super) fn read_pictures(dir: &Path, names: &[String], run: &Run) -> Result<V
         let statistics = match std::fs::read_to_string(&beside) {
             Ok(text) => serde_json::from_str(&text).map_err(|e| {
                 Error::Usage(format!(
-                    "{}:{}: {e}; render again with --stats",
+                    "{}:{}: {e}; render again and write the statistics",
                     beside.display(),
                     e.line()
                 ))

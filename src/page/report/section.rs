@@ -160,7 +160,7 @@ pub(super) fn section(
                         ..Shown::default()
                     }),
                     None => run.warn(format!(
-                        "{}: no layer {layer}; render with --aov {layer}",
+                        "{}: no layer {layer}; render again and keep it",
                         picture.path.display()
                     )),
                 }
