@@ -166,7 +166,7 @@ impl Denoiser {
             "Open Image Denoise cannot be opened ({}): install version 2 (its own release, the \
              package libopenimagedenoise2 of a distribution, or the \
              Python package pyoidn) and name its file or folder in {VARIABLE} when the system \
-             does not find it, or render without --denoise",
+             does not find it, or render without a denoiser",
             reasons.join("; ")
         )))
     }

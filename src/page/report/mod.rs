@@ -92,8 +92,8 @@ pub fn page(dir: &Path, run: &Run) -> Result<String> {
     };
     if plans.is_empty() {
         return Err(Error::Usage(format!(
-            "{}: no EXR pictures in this folder or its subfolders; render some with `nearfar \
-             render SCENE -o {0}/NAME.exr --stats {0}/NAME.json`",
+            "{}: no EXR pictures in this folder or its subfolders; render some to {0}/NAME.exr, \
+             with their statistics in {0}/NAME.json",
             dir.display()
         )));
     }
