@@ -206,7 +206,7 @@ mod tests {
         );
         assert_eq!(
             error(b"ply\nelement vertex 3\nproperty float x\n"),
-            ":4: the header has no end"
+            ":4: the PLY header has no end: the file is cut short"
         );
         assert_eq!(
             error(b"ply\nelement vertex 1\nproperty uchar x\nend_header\n1"),

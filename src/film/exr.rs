@@ -2,6 +2,7 @@
 //!
 //! Guarantees a file appears whole or not at all (written beside its place, then renamed); what is
 //! written is read back equal, bit for bit, for finite values in 32 bits.
+//! Channel names are the film's, set by [`Film::set_rgb`], [`Film::set_xyz`] and [`Film::set`].
 //! Not        deep data, several parts, mip levels: the first part's largest level is read.
 
 use std::path::Path;

@@ -1,9 +1,10 @@
 //! A layer of an image: its name, the channels that it has, and what they mean.
 //!
-//! Whoever computes a layer declares it once as a constant, writes it through
-//! [`super::Film::set_layer`] and lists it among the layers that it makes; from these lists come
-//! the names that `--aov` knows and the reference page. EXR names a channel `layer.channel`; a
-//! layer of one channel whose name has no suffix of its own stands alone (`samples`).
+//! To add a layer: whoever computes it declares it once as a constant, sets it under that name
+//! ([`super::Film::set_rgb`], [`super::Film::set_xyz`], [`super::Film::set`]) and lists it in the
+//! `LAYERS` of the method beside it, which `Method::layers` hands on; a test compares this list
+//! with what the method makes. EXR names a channel `layer.channel`; a layer of one channel whose
+//! name has no suffix of its own stands alone (`samples`).
 
 /// Channels of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

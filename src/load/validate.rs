@@ -1,4 +1,5 @@
 //! Checks of a scene that is otherwise well-formed, and the view of a scene that brings none.
+//! Zero-area triangles pass: [`crate::tessellate`] drops and counts them, `shading::World` warns.
 
 use std::path::Path;
 

@@ -3,7 +3,8 @@
 //! Every pixel shows the mean over its samples of `L = Le + B / π` of the cell side hit, or the
 //! background: what a far ray of the decomposition sees, emission added. Cells show as facets,
 //! photon noise as blotches. Layers: beauty, `irradiance` (indirect, W·m⁻²), `albedo`, `cell.id`
-//! (at the pixel centre, −1 for background).
+//! (at the pixel centre, −1 for background). Radii are not chosen here: `proxy.max_radius` caps
+//! them; `proxy/density.rs` takes that of the k-th photon, `proxy/solve.rs` doubles its own.
 
 use std::path::Path;
 

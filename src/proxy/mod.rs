@@ -27,7 +27,7 @@
 //! | `overlap` | area of a triangle inside a sphere: the boundary correction |
 //! | `surface_index` | cells around a point that face the same way, their counts, flux and area |
 //! | `patches` | cell sides summed into patches of doubling size |
-//! | `map` | density estimation from photons |
+//! | `density` | density estimation from photons |
 //! | `reflected` | direct light and albedo of a cell side |
 //! | `shooter`, `links` | rays between the cells that are needed, solved as a linear system |
 //! | `solve`, `radiosity` | all of it in a row; the light of all cell sides |
@@ -41,11 +41,11 @@
 
 mod cell_side;
 mod cells;
+mod density;
 mod facet;
 mod landing;
 mod links;
 mod making;
-mod map;
 mod overlap;
 mod patches;
 #[expect(clippy::module_inception, reason = "the room's one type, beside its parts")]

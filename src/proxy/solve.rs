@@ -21,9 +21,9 @@ use rayon::prelude::*;
 
 use super::cell_side::CellSide;
 use super::cells::CellId;
+use super::density::PhotonMap;
 use super::links::{Links, System};
 use super::making::Making;
-use super::map::PhotonMap;
 use super::patches::Patches;
 use super::radiosity::CellRadiosity;
 use super::reflected::CellPoints;

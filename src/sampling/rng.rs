@@ -3,7 +3,7 @@
 //! The state of a generator is a hash of its key; successive values are SplitMix64 steps. The same
 //! key gives the same numbers whatever the number of threads and the order of work. Two streams
 //! never share numbers: each has a number of its own, or sets a bit of the element that no element
-//! of its sibling has (elements are below 2⁴⁰).
+//! of its sibling has (elements are below 2⁴⁰). The user's seed is `config::RenderConfig::seed`.
 
 /// Who draws: passes never share numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,8 @@
 //!
 //! Flux of a photon = (emitted radiance · cos / density) summed over the choices: π L A for
 //! surfaces, L Ω · π R² for suns and sky, whose rays start on a disc that touches the scene's
-//! bounding sphere of radius R, 4π I for points, I ∫ falloff dω for spots.
+//! bounding sphere of radius R, 4π I for points, I ∫ falloff dω for spots. This is the flux of a
+//! whole emission; `proxy::trace` divides it by `proxy.photons` and carries it from hit to hit.
 
 use std::f32::consts::{PI, TAU};
 

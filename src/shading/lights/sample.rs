@@ -1,4 +1,5 @@
-//! A point on a light as seen from a shading point, and the density of that choice.
+//! A point on a light as seen from a shading point, and the density of that choice. `wi` is unit
+//! and points from the shading point to the light.
 
 use glam::{Vec2, Vec3};
 

@@ -17,7 +17,7 @@ use std::collections::HashMap;
 
 use glam::{IVec3, Vec3};
 
-use super::alpha::adaptive;
+use super::adaptive_alpha::adaptive;
 use super::cluster::{Bounds, Clusters, cluster};
 use super::{SampledClusters, sample, sight};
 use crate::error::Result;

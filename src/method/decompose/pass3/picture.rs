@@ -118,15 +118,15 @@ pub fn picture_with(
     let far: Vec<Rgb> = found.iter().map(|f| f.far).collect();
     let near: Vec<Rgb> = found.iter().map(|f| f.total - f.far).collect();
     let mut film = samples.compose(&irradiance);
-    film.set_rgb("far", &samples.reflect(&far));
-    film.set_rgb("near", &samples.reflect(&near));
+    film.set_rgb(FAR.name, &samples.reflect(&far));
+    film.set_rgb(NEAR.name, &samples.reflect(&near));
     let mut id = vec![-1.0f32; (samples.width * samples.height) as usize];
     for (f, &pixel) in found.iter().zip(&samples.points.pixel).rev() {
         id[pixel as usize] = f.cluster.map_or(-1.0, |c| c as f32);
     }
     film.set("cluster.id", id);
     let locations = locations(prepared);
-    film.set("location", locations.marks(samples));
+    film.set(LOCATION.name, locations.marks(samples));
 
     let near_cells: u64 = found.iter().map(|f| u64::from(f.near_cells)).sum();
     let clusters = prepared.sampled.clusters.len();
