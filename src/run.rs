@@ -73,6 +73,9 @@ impl RayCounts {
     }
 }
 
+/// Most threads of a run.
+pub const MAX_THREADS: usize = 1024;
+
 /// Threads, progress, cancel flag, deadline, warnings and counters of one program run.
 #[derive(Debug)]
 pub struct Run {
@@ -93,8 +96,14 @@ impl Run {
     /// A silent run on `threads` threads (0 = all).
     ///
     /// # Errors
-    /// When the system cannot start the threads.
+    /// [`Error::Usage`] for more than [`MAX_THREADS`]; when the system cannot start the threads.
     pub fn new(threads: usize) -> Result<Self> {
+        if threads > MAX_THREADS {
+            return Err(Error::Usage(format!(
+                "{threads} threads are more than any machine has; at most {MAX_THREADS}, 0 for all \
+                 cores"
+            )));
+        }
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()

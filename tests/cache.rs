@@ -325,6 +325,12 @@ fn broken_and_foreign_files_are_refused() {
         "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
     )
     .unwrap();
+    refused(&own, "\"ascii\" cannot be read");
+    std::fs::write(
+        &file,
+        b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nend_header\n0000",
+    )
+    .unwrap();
     refused(&own, "is no irradiance cache");
     std::fs::write(&file, b"\x89PNG\r\n").unwrap();
     refused(&own, "PLY");

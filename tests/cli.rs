@@ -555,3 +555,26 @@ fn a_picture_that_converges_tells_its_error() {
         );
     }
 }
+
+/// Files that would overwrite each other are refused before anything is rendered.
+#[test]
+fn every_file_has_a_name_of_its_own() {
+    let folder = crate::support::temporary("cli-distinct");
+    let at = |name: &str| folder.join(name).display().to_string();
+    let (out, other) = (at("a.exr"), at("b.ply"));
+    let scene = "scenes/lit-sheet/lit-sheet.toml";
+    for arguments in [
+        vec!["--stats", &out],
+        vec!["--save-cache", &other, "--locations", &other],
+        vec!["--stats", scene],
+    ] {
+        let common = ["render", scene, "--size", "4x4", "-o", &out];
+        let done = crate::support::program(&[&common[..], &arguments].concat());
+        let text = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(done.status.code() == Some(2) && text.contains("named twice"), "{text}");
+    }
+    assert!(!std::path::Path::new(&out).exists());
+    let many = ["info", scene, "--threads", "100000"];
+    assert_eq!(crate::support::program(&many).status.code(), Some(2));
+    std::fs::remove_dir_all(folder).unwrap();
+}

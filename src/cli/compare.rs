@@ -116,6 +116,9 @@ pub(super) fn compare(args: &CompareArgs) -> Result<()> {
         let difference = compare::difference(&pixels, truth.quiet(), args.amplify);
         write_png_rgb(&difference, film.width, film.height, path, found.exposure)?;
     }
+    if args.max_relmse.is_some_and(f64::is_nan) {
+        return Err(Error::Usage("--max-relmse NaN: write a number; nothing is below NaN".into()));
+    }
     match args.max_relmse {
         Some(bound)
             if e.non_finite > 0 || e.relmse_trimmed.is_nan() || e.relmse_trimmed > bound =>

@@ -1,6 +1,6 @@
 //! A finished picture's files: EXR, PNG, statistics, and what is said of it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::Serialize;
@@ -98,7 +98,7 @@ impl ImageOptions {
     ///
     /// # Errors
     /// When the system refuses.
-    pub(super) fn write(&self, film: &mut Film, path: &std::path::Path, job: &Job) -> Result<()> {
+    pub(super) fn write(&self, film: &mut Film, path: &Path, job: &Job) -> Result<()> {
         self.keep(film, &job.run);
         film.header.insert("nearfar.scene".into(), job.path.display().to_string());
         let _phase = job.run.phase("write", 1);
@@ -126,6 +126,27 @@ impl OutputOptions {
         self.image.check()?;
         check_writable(&self.output)?;
         self.stats.as_deref().map_or(Ok(()), check_writable)
+    }
+
+    /// Refuses files that would overwrite each other or the scene: the image, its PNG, the
+    /// statistics, and `others`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with the name that stands twice.
+    pub(super) fn check_distinct(&self, scene: &Path, others: &[&PathBuf]) -> Result<()> {
+        let png = self.image.png.then(|| self.output.with_extension("png"));
+        let own = [Some(&self.output), png.as_ref(), self.stats.as_ref()];
+        let mut seen = vec![scene];
+        for path in own.into_iter().flatten().chain(others.iter().copied()) {
+            if seen.contains(&path.as_path()) {
+                return Err(Error::Usage(format!(
+                    "{} is named twice: give every file a name of its own",
+                    path.display()
+                )));
+            }
+            seen.push(path);
+        }
+        Ok(())
     }
 
     /// Writes statistics and says how long everything took.

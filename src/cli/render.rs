@@ -138,7 +138,9 @@ impl RenderArgs {
             return refuse("--photons", "--method photon-map");
         }
         let written = [&self.save_cache, &self.locations, &self.locations_png, &self.photons];
-        written.into_iter().flatten().try_for_each(|path| check_writable(path))
+        let written: Vec<&PathBuf> = written.into_iter().flatten().collect();
+        written.iter().try_for_each(|path| check_writable(path))?;
+        self.output.check_distinct(&self.scene.scene, &written)
     }
 }
 
@@ -169,6 +171,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
 /// Whatever stops a render; see [`Error`].
 pub(super) fn reference(args: &ReferenceArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     args.output.check()?;
+    args.output.check_distinct(&args.scene.scene, &[])?;
     let mut settings: Vec<(&str, Value)> =
         samples(&args.output, args.target_error).map(|spp| ("path.spp", spp)).into_iter().collect();
     if let Some(error) = args.target_error {

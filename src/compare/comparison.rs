@@ -98,7 +98,9 @@ pub fn compare_with_flip(
     let reference = truth.reference();
     same_size(image, reference.width, reference.height, path)?;
     let pixels = beauty(image, path)?;
-    let exposure = exposure_of(truth.quiet());
+    // Of the reference as it is: cleaning fills black pixels with next to nothing, which would
+    // count in a mean of logarithms.
+    let exposure = exposure_of(&reference.mean);
     let shown = |p: &[Rgb]| {
         p.iter()
             .map(|&c| if c.is_finite() { c * exposure.exp2() } else { Rgb::ZERO })
@@ -132,6 +134,30 @@ pub fn difference(image: &[Rgb], reference: &[Rgb], amplify: f32) -> Vec<Rgb> {
 mod tests {
     use super::*;
     use crate::compare::{Halves, Reference, read_reference};
+
+    /// Black surroundings, as around an open box, do not count for the exposure, however the
+    /// reference is cleaned.
+    #[test]
+    fn black_surroundings_do_not_count() {
+        let (width, height) = (24u32, 16u32);
+        let half = |sign: f32| -> Vec<Rgb> {
+            let value = |i: u32| {
+                let odd = (i % width + i / width) % 2 == 1;
+                let noise = sign * if odd { 0.02 } else { -0.02 };
+                Rgb::splat(if i % width < width / 2 { 0.0 } else { 0.18 + noise })
+            };
+            (0..width * height).map(value).collect()
+        };
+        let mean: Vec<Rgb> = half(0.0);
+        let halves = Some(Halves(half(1.0), half(-1.0)));
+        let reference =
+            Reference { width, height, mean: mean.clone(), halves, albedo: None, normal: None };
+        let truth = Truth::new(reference, None).unwrap();
+        let mut film = Film::new(width, height);
+        film.set_rgb("", &mean);
+        let found = compare(&film, Path::new("a.exr"), &truth).unwrap();
+        assert!(found.exposure.abs() < 1e-3, "{}", found.exposure);
+    }
 
     #[test]
     fn exposure_puts_the_log_average_at_middle_grey() {

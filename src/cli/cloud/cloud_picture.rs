@@ -75,7 +75,7 @@ pub(in crate::cli) struct GatherArgs {
     channel: Vec<Channel>,
     /// Also trace occlusion with this many rays a point, as layer "traced", and say how far the
     /// gathered one is from it.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     traced: Option<u32>,
 }
 

@@ -182,7 +182,7 @@ pub(super) fn section(
     let exposure = plan.exposure.unwrap_or_else(|| {
         truth.as_ref().map_or_else(
             || exposure_of(&pictures[0].film.rgb("").unwrap_or_default()),
-            |r| exposure_of(r.quiet()),
+            |r| exposure_of(&r.reference().mean),
         )
     });
     let noise = truth.as_ref().and_then(Truth::noise);
