@@ -3,6 +3,7 @@
 //!
 //! The backend here is a flat list of triangles in boxes of 64, the simplest thing that is not
 //! hopeless. Replace it with your own: two functions and a box make a [`RayQuery`].
+#![allow(clippy::print_stdout, reason = "an example shows what it found")]
 
 use std::sync::Arc;
 use std::time::Instant;

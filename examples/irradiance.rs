@@ -1,5 +1,6 @@
 //! Irradiance at points of a scene, which face upwards:
 //! `cargo run --release --example irradiance -- SCENE.toml X,Y,Z X,Y,Z`.
+#![allow(clippy::print_stdout, reason = "an example shows what it found")]
 
 use glam::Vec3;
 use nearfar::render::SurfacePoints;
