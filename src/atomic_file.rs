@@ -30,7 +30,7 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<
 /// Writes `content` as the file at `path`.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_bytes(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
     write(path, |out| out.write_all(content.as_ref()))
 }

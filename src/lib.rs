@@ -18,7 +18,7 @@
 //! | [`ply`] (2) | columns of numbers to and from PLY files |
 //! | [`scene`] (2) | data only: camera, meshes, materials, lights, textures |
 //! | [`builtin`] (3) | scenes made by code: names and parameters → meshes and materials |
-//! | [`load`] (3) | OBJ/MTL, cages, curves, scene TOML, images → [`scene::Scene`] of triangles |
+//! | [`mod@load`] (3) | OBJ/MTL, cages, curves, TOML, images → [`scene::Scene`] of triangles |
 //! | [`tessellate`] (3) | cages, curves → [`tessellate::Geometry`]: world-space triangles |
 //! | [`accel`] (4) | `Geometry` → [`accel::RayQuery`]: Embree, pure-Rust BVH, brute force |
 //! | [`shading`] (5) | hit → surface; lights, direct light; [`shading::World`] |
@@ -29,8 +29,8 @@
 //! | [`cloud`] (6) | `Geometry` → `Cloud` of discs → occlusion and irradiance without rays |
 //! | [`method`] (7) | path (ground truth), decompose (the three passes), cache, …: siblings |
 //! | [`compare`] (7) | a picture and its reference → errors, by octave of size too; FLIP; flicker |
-//! | [`render`] (8) | scene, settings and method → the finished picture and its statistics |
-//! | [`bench`] (8) | backends, methods and the parts of an error, measured side by side |
+//! | [`mod@render`] (8) | scene, settings and method → the finished picture and its statistics |
+//! | [`mod@bench`] (8) | backends, methods and the parts of an error, measured side by side |
 //! | [`page`], [`export`], [`info`] (8) | HTML pages; files for others; what a scene holds |
 //! | [`config`], [`cli`] (8–9) | settings, the command line |
 //!

@@ -328,7 +328,8 @@ fn broken_and_foreign_files_are_refused() {
     refused(&own, "\"ascii\" cannot be read");
     std::fs::write(
         &file,
-        b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nend_header\n0000",
+        "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nend_header\n\
+         0000",
     )
     .unwrap();
     refused(&own, "is no irradiance cache");

@@ -81,7 +81,7 @@ pub fn exposure_of(pixels: &[Rgb]) -> f32 {
 /// All figures of `image` (a film read from `path`) against `truth`.
 ///
 /// # Errors
-/// [`Error::Image`] when the film has no beauty or another size.
+/// [`crate::error::Error::Image`] when the film has no beauty or another size.
 pub fn compare(image: &Film, path: &Path, truth: &Truth) -> Result<Comparison> {
     Ok(compare_with_flip(image, path, truth)?.0)
 }

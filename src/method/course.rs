@@ -10,7 +10,7 @@
 //!   triangle becomes near.
 //! * **Incident distant radiance, spherical harmonics.** Rays are shot from sparse places, the
 //!   proxy (a photon map) is looked up where they hit, and the least-squares SH of what they find
-//!   is kept. Code: [`sample`](super::decompose::far::sample), [`crate::sh::Fit`] without ridge.
+//!   is kept. Code: [`sample`](fn@super::decompose::far::sample), [`crate::sh::Fit`].
 //!   The photon map is a density estimate of the nearest photons, made once a triangle, at its
 //!   centre, instead of again at every hit; the flux is divided by the area of surface it lies on,
 //!   for a disc's area loses a seventh of the light of finely broken surfaces; direct light is
@@ -36,7 +36,7 @@
 //!   is at most half of alpha. Random rays from random members; hits closer than alpha are ignored:
 //!   rays begin there. Triangles are split until none is bigger than alpha. Code:
 //!   [`cluster`](super::decompose::far::cluster), [`Bundle`](super::decompose::far::Bundle) with
-//!   `near_hits = "ignore"`, [`crate::tessellate::Cells`]. The default makes clusters of half that
+//!   `near_hits = "ignore"`, [`crate::proxy`]. The default makes clusters of half that
 //!   size and triangles of 0.7 alpha, and keeps near hits with a tenth of the weight: rays that
 //!   pass through near walls find whatever lies behind them.
 //! * **Pass 3.** SH are interpolated, near triangles located, the estimate updated. Code:

@@ -45,7 +45,7 @@ pub struct GatherStatistics {
 /// Irradiance at every point (phase `sample`).
 ///
 /// # Errors
-/// [`Error::Interrupted`].
+/// [`crate::error::Error::Interrupted`].
 pub fn gather(
     world: &World,
     proxy: &Proxy,

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `header` | the header as read: [`Header`], [`Element`], [`Property`], [`Kind`] |
 //! | `columns` | what elements are written: [`Columns`], and their packed [`Rows`] |
-//! | `write` | [`write`] row by row, [`write_elements`] from memory; whole files or none |
+//! | `write` | `write` row by row, [`write_elements`] from memory; whole files or none |
 //! | `read` | [`Reader`] for anyone's points, [`read_elements`] for nearfar's own files |
 //! | `colour` | the 8-bit colour that a viewer shows for a value |
 //!

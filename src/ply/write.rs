@@ -83,7 +83,7 @@ pub fn write(
 /// Writes a file from rows that are in memory.
 ///
 /// # Errors
-/// As [`write`].
+/// As `write`.
 pub fn write_elements(
     path: &Path,
     comments: &[String],

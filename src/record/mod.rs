@@ -145,7 +145,7 @@ impl Row {
 /// Shoots the camera samples (phase `record`).
 ///
 /// # Errors
-/// [`Error::Interrupted`].
+/// [`crate::error::Error::Interrupted`].
 pub fn camera_samples(
     world: &World,
     settings: &RecordSettings,
@@ -160,7 +160,7 @@ pub fn camera_samples(
 /// and without points.
 ///
 /// # Errors
-/// [`Error::Interrupted`].
+/// [`crate::error::Error::Interrupted`].
 pub fn camera_samples_where(
     world: &World,
     settings: &RecordSettings,

@@ -22,7 +22,7 @@
 //!
 //! Guarantees: the same scene, settings and seed give the same bits for any number of threads, by
 //! whichever way they are asked for. Nothing is printed; warnings and progress go to the
-//! [`Run`](crate::run::Run)'s reporter.
+//! `Run`'s reporter.
 
 mod dispatch;
 mod flight;

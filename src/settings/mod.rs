@@ -1,6 +1,6 @@
 //! One table of settings: what a room can be told, declared once, beside the code that obeys it.
 //!
-//! A room writes a [`section!`](crate::settings::section). The macro makes of it the struct, its
+//! A room writes a `section!`. The macro makes of it the struct, its
 //! `Default`, parsing, checking, and the entries of the reference; there is no second list.
 //!
 //! ```text
@@ -75,7 +75,7 @@ pub struct Group {
     pub settings: Vec<Setting>,
 }
 
-/// What [`section!`](crate::settings::section) makes.
+/// What `section!` makes.
 pub trait Section {
     /// Name before the dot; empty for the whole.
     const NAME: &'static str;

@@ -11,7 +11,7 @@ pub struct Choice {
     pub meaning: &'static str,
 }
 
-/// A type that a setting can have; enums get theirs from [`choices!`](crate::settings::choices).
+/// A type that a setting can have; enums get theirs from `choices!`.
 pub trait Value: Sized {
     /// Name in the reference.
     const KIND: &'static str;

@@ -154,7 +154,7 @@ pub(super) fn noise(pixels: &[Pixel]) -> f64 {
     }
 }
 
-/// Layers of [`film`].
+/// Layers of `film`.
 pub const LAYERS: [Layer; 11] = [
     Layer::rgb("half0", "mean of the even samples, W/(sr m²)"),
     Layer::rgb("half1", "mean of the odd samples, independent of half0, W/(sr m²)"),

@@ -31,7 +31,7 @@ pub struct Clusters {
     /// Indices of shading points.
     pub members: Vec<u32>,
     /// Own alpha and reach of every cluster as multiples of the picture's; empty: 1
-    /// ([`super::alpha`]).
+    /// ([`super::adaptive_alpha`]).
     pub scale: Vec<f32>,
 }
 

@@ -1,9 +1,10 @@
 //! Pass 2, and the far half of pass 3: the distant light, sampled sparsely and interpolated.
 //!
 //! [`cluster`](mod@cluster) groups the shading points, [`adaptive_alpha`] at a size of their own
-//! where that is asked for. [`sight`] keeps clusters on one side of a wall. [`sample`] shoots the rays of each
-//! cluster and [`pool`] fits spherical harmonics to them and to those of its neighbours. [`extend`]
-//! does all of this for the points that no cluster covers yet. [`blend`] interpolates the result.
+//! where that is asked for. [`sight`] keeps clusters on one side of a wall. `sample` shoots the
+//! rays of each cluster and [`pool`] fits spherical harmonics to them and to those of its
+//! neighbours. [`extend`] does all of this for the points that no cluster covers yet. [`blend`]
+//! interpolates the result.
 
 pub mod adaptive_alpha;
 pub mod blend;

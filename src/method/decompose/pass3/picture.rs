@@ -83,7 +83,7 @@ pub fn render(
 /// Pass 3 and the picture of what is prepared.
 ///
 /// # Errors
-/// [`Error::Interrupted`].
+/// [`crate::error::Error::Interrupted`].
 pub fn picture(
     world: &World,
     settings: &DecomposeSettings,
@@ -98,7 +98,7 @@ pub fn picture(
 /// picture to picture.
 ///
 /// # Errors
-/// [`Error::Interrupted`].
+/// [`crate::error::Error::Interrupted`].
 pub fn picture_with(
     world: &World,
     settings: &DecomposeSettings,

@@ -6,9 +6,9 @@
 //! ```
 //!
 //! The second term applies the SH to the summed moments of the cells ([`crate::sh::Quadratic`]), or
-//! is estimated by random points on each of them ([`monte_carlo`]).
+//! is estimated by random points on each of them (`monte_carlo`).
 //!
-//! The cells lie in blocks of eight ([`block`]), leaves of a median-split tree of boxes ([`tree`]).
+//! The cells lie in blocks of eight (`block`), leaves of a median-split tree of boxes (`tree`).
 //! A query walks the boxes that touch the ball of radius alpha and reach above the tangent plane; a
 //! block whose lanes are all too far, all below the horizon, or all in the point's own plane is
 //! left early. The cells are the
