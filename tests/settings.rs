@@ -36,6 +36,10 @@ impl Drop for Folder {
 
 #[test]
 fn the_page_is_up_to_date() {
+    if cfg!(not(feature = "embree")) {
+        eprintln!("skipped: the page has the default backend of a build with Embree");
+        return;
+    }
     let page = std::fs::read_to_string(
         PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("docs/guide/settings.md"),
     )
