@@ -29,14 +29,8 @@ impl Bench {
                 .unwrap()
                 .film;
         let halves = Halves(film.rgb("half0").unwrap(), film.rgb("half1").unwrap());
-        let reference = Reference {
-            width: film.width,
-            height: film.height,
-            mean: film.rgb("").unwrap(),
-            halves: Some(halves),
-            albedo: None,
-            normal: None,
-        };
+        let exact = Truth::exact(film.width, film.height, &film.rgb("").unwrap());
+        let reference = Reference { halves: Some(halves), ..exact.reference().clone() };
         Self { world, run, truth: Truth::new(reference, None).unwrap() }
     }
 

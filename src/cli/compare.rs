@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::check_writable;
+use super::{check_png, parse_finite};
 use crate::compare::{self, Comparison, Octaves, Truth};
 use crate::error::{Error, Result};
 use crate::film::{read_exr, write_png_rgb};
@@ -22,7 +22,7 @@ pub(super) struct CompareArgs {
     #[arg(long)]
     bands: bool,
     /// Factor of the difference image.
-    #[arg(long, default_value_t = 4.0, value_name = "X")]
+    #[arg(long, default_value_t = 4.0, value_name = "X", value_parser = parse_finite)]
     amplify: f32,
     /// Write the amplified absolute difference to the cleaned reference, at its exposure.
     #[arg(short, long, value_name = "DIFF.png")]
@@ -93,24 +93,23 @@ fn print(found: &Comparison, octaves: Option<&Octaves>) {
 /// For unreadable or unequal images, and [`Error::OverBound`].
 pub(super) fn compare(args: &CompareArgs) -> Result<()> {
     if let Some(path) = &args.output {
-        check_writable(path)?;
+        check_png(path)?;
     }
     let film = read_exr(&args.image)?;
     let truth = Truth::read(&args.reference)?;
     let found = compare::compare(&film, &args.image, &truth)?;
     let octaves =
         film.rgb("").filter(|_| args.bands).map(|pixels| compare::octaves(&pixels, &truth));
+    let warnings = [compare::notes(&film, &truth), found.warnings()].concat();
     let e = &found.errors;
     if args.json {
-        let all = Json { figures: &found, warnings: found.warnings(), octaves: octaves.as_ref() };
+        let all = Json { figures: &found, warnings, octaves: octaves.as_ref() };
         let text = serde_json::to_string_pretty(&all)
             .map_err(|e| Error::Render(format!("figures: {e}")))?;
         println!("{text}");
     } else {
         print(&found, octaves.as_ref());
-        for warning in found.warnings() {
-            eprintln!("warning: {warning}");
-        }
+        warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     }
     if let (Some(path), Some(pixels)) = (&args.output, film.rgb("")) {
         let difference = compare::difference(&pixels, truth.quiet(), args.amplify);
@@ -123,10 +122,12 @@ pub(super) fn compare(args: &CompareArgs) -> Result<()> {
         Some(bound)
             if e.non_finite > 0 || e.relmse_trimmed.is_nan() || e.relmse_trimmed > bound =>
         {
-            Err(Error::OverBound(format!(
-                "relMSE {:.6} is above {bound}, or of {} pixels that are not finite",
-                e.relmse_trimmed, e.non_finite
-            )))
+            let pixels = match e.non_finite {
+                0 => String::new(),
+                n => format!("; {n} pixels are not finite"),
+            };
+            let relmse = e.relmse_trimmed;
+            Err(Error::OverBound(format!("relMSE {relmse:.6}, allowed {bound}{pixels}")))
         }
         _ => Ok(()),
     }

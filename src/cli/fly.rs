@@ -154,12 +154,12 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     }
     let job = job;
     let views = views(args, &job.scene.camera)?;
-    std::fs::create_dir_all(&args.output)
-        .map_err(|source| Error::Io { path: args.output.clone(), source })?;
     let start = process::cpu_seconds();
     let kept = Kept { load: args.load_cache.clone(), save: args.save_cache.clone() };
     let mut flight =
         Flight::new(&job.scene, &job.config, views.clone(), args.reuse, &kept, &job.run)?;
+    std::fs::create_dir_all(&args.output)
+        .map_err(|source| Error::Io { path: args.output.clone(), source })?;
     let mut before = process::cpu_seconds();
     let shared = before - start;
     let (mut figures, mut changes): (Vec<FrameFigures>, Vec<f32>) = (Vec::new(), Vec::new());

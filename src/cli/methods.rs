@@ -15,7 +15,7 @@ use super::options::{Job, SceneOptions};
 use crate::atomic_file;
 use crate::bench::chart::chart;
 use crate::bench::methods::{Against, ForeignPoint, MethodsReport, Row, verdict};
-use crate::compare::{Comparison, Reference, Truth, compare, read_reference};
+use crate::compare::{Comparison, Reference, Truth, compare, notes, read_reference};
 use crate::config::{self, RenderConfig};
 use crate::error::{Error, Result};
 use crate::ffi::oidn::Denoiser;
@@ -321,8 +321,15 @@ fn check_size(path: &Path, reference: &Reference, job: &Job) -> Result<()> {
     Ok(())
 }
 
-fn against(path: &Path, truth: Option<&Truth>) -> Result<Option<Comparison>> {
-    truth.map(|r| compare(&read_exr(path)?, path, r)).transpose()
+/// The figures of an image, and a warning of everything that makes them doubtful.
+fn against(path: &Path, truth: Option<&Truth>, job: &Job) -> Result<Option<Comparison>> {
+    let Some(truth) = truth else { return Ok(None) };
+    let film = read_exr(path)?;
+    let found = compare(&film, path, truth)?;
+    for warning in [notes(&film, truth), found.warnings()].concat() {
+        job.run.warn(format!("{}: {warning}", path.display()));
+    }
+    Ok(Some(found))
 }
 
 /// Measures all configurations and compares them.
@@ -356,7 +363,7 @@ pub(super) fn run(
         points.push(ForeignPoint {
             name: p.name.clone(),
             cpu_seconds: p.seconds,
-            truth: against(&p.file, truth.as_ref())?,
+            truth: against(&p.file, truth.as_ref(), &job)?,
             image: p.file.display().to_string(),
         });
     }
@@ -379,8 +386,8 @@ pub(super) fn run(
             entry,
             &measured,
             &image,
-            against(&image, truth.as_ref())?,
-            against(&image, gather.as_ref())?,
+            against(&image, truth.as_ref(), &job)?,
+            against(&image, gather.as_ref(), &job)?,
         ));
     }
     let report = MethodsReport {

@@ -196,6 +196,22 @@ fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
     }
 }
 
+/// Parses a number that is neither NaN nor infinite.
+fn parse_finite(text: &str) -> std::result::Result<f32, String> {
+    match text.trim().parse::<f32>() {
+        Ok(v) if v.is_finite() => Ok(v),
+        _ => Err("write a finite number".into()),
+    }
+}
+
+/// Refuses a picture that would be a PNG by another name.
+fn check_png(path: &std::path::Path) -> Result<()> {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+        return check_writable(path);
+    }
+    Err(Error::Usage(format!("{}: the picture is a PNG, name it .png", path.display())))
+}
+
 /// Refuses a file that cannot be written before hours are spent on its content.
 fn check_writable(path: &std::path::Path) -> Result<()> {
     match path.parent() {
@@ -229,5 +245,7 @@ mod tests {
         assert!(parse_size("640").is_err() && parse_size("0x3").is_err());
         assert_eq!(parse_seconds("1.5m"), Ok(90.0));
         assert!(parse_seconds("-1").is_err() && parse_seconds("soon").is_err());
+        assert_eq!(parse_finite("-1.5"), Ok(-1.5));
+        assert!(parse_finite("nan").is_err() && parse_finite("1e99").is_err());
     }
 }

@@ -33,7 +33,7 @@ pub(super) struct SceneOptions {
     #[arg(long, default_value_t, value_enum)]
     pub(super) quality: Quality,
     /// Seed of every random number.
-    #[arg(long)]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     pub(super) seed: Option<u64>,
     /// Worker threads; 0: all cores.
     #[arg(long, default_value_t = 0, value_name = "N")]

@@ -6,7 +6,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::options::Job;
-use super::{check_writable, parse_seconds, write_json};
+use super::{check_writable, parse_finite, parse_seconds, write_json};
 use crate::error::{Error, Result};
 use crate::film::{self, Film, Layer, Precision, layer_of};
 use crate::method::Method;
@@ -23,7 +23,13 @@ pub(super) struct ImageOptions {
     #[arg(long)]
     pub(super) png: bool,
     /// Exposure of the PNG in stops.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "STOPS")]
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        allow_hyphen_values = true,
+        value_name = "STOPS",
+        value_parser = parse_finite
+    )]
     pub(super) exposure: f32,
     /// Store colours in 16 bits.
     #[arg(long)]

@@ -7,10 +7,10 @@ use std::sync::atomic::AtomicBool;
 use clap::Args;
 use toml::Value;
 
-use super::check_writable;
 use super::options::{Job, SceneOptions, value_name};
 use super::picture::OutputOptions;
 use super::show::mark;
+use super::{check_png, check_writable};
 use crate::config::parse_value;
 use crate::denoise::Denoise;
 use crate::error::{Error, Result};
@@ -140,6 +140,7 @@ impl RenderArgs {
         let written = [&self.save_cache, &self.locations, &self.locations_png, &self.photons];
         let written: Vec<&PathBuf> = written.into_iter().flatten().collect();
         written.iter().try_for_each(|path| check_writable(path))?;
+        self.locations_png.as_deref().map_or(Ok(()), check_png)?;
         self.output.check_distinct(&self.scene.scene, &written)
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::check_writable;
+use super::{check_png, parse_finite};
 use crate::error::{Error, Result};
 use crate::film::{Film, read_exr, write_png_rgb};
 use crate::radiometry::Rgb;
@@ -27,7 +27,13 @@ pub(super) struct ShowArgs {
     #[arg(long, default_value = "", value_name = "LAYER")]
     layer: String,
     /// Brighten by this many stops (colour layers).
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        allow_hyphen_values = true,
+        value_name = "STOPS",
+        value_parser = parse_finite
+    )]
     exposure: f32,
     /// Mark the places where this layer is not zero, such as `location`: the sample locations.
     #[arg(long, value_name = "LAYER")]
@@ -52,7 +58,7 @@ pub(super) fn show(args: &ShowArgs) -> Result<()> {
             output.display()
         )));
     }
-    check_writable(output)?;
+    check_png(output)?;
     let (mut width, mut height, mut rows) = (0, 0, Vec::new());
     for path in &args.images {
         let film = read_exr(path)?;

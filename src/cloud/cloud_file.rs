@@ -21,6 +21,7 @@ use super::{Channel, Cloud};
 use crate::error::Result;
 use crate::ply::{self, Columns, Element, Property, Reader};
 use crate::radiometry::Rgb;
+use crate::scene::{Fingerprint, Scene};
 
 /// Writes a cloud with header comments (one line each).
 ///
@@ -124,6 +125,22 @@ impl<'a> Places<'a> {
     }
 }
 
+/// The header comment that names the scene of a cloud.
+pub fn scene_comment(scene: &Scene) -> String {
+    format!("scene {}", Fingerprint::new(scene))
+}
+
+/// The parts in which a scene differs from that of a cloud's file, in words; none when they are the
+/// same or the file does not say.
+///
+/// # Errors
+/// As [`read_cloud`], for the header.
+pub fn differing_scene(path: &Path, scene: &Scene) -> Result<Option<String>> {
+    let comments = Reader::open(path)?.header().comments.clone();
+    let baked = comments.iter().find_map(|c| Fingerprint::parse(c.strip_prefix("scene ")?));
+    Ok(baked.and_then(|baked| baked.differing(&Fingerprint::new(scene))))
+}
+
 /// Reads a cloud.
 ///
 /// # Errors
@@ -188,6 +205,20 @@ mod tests {
         ] {
             assert!(header.contains(line), "{line} in {header}");
         }
+        std::fs::remove_file(&path).unwrap();
+    }
+
+    #[test]
+    fn another_scene_is_known() {
+        let (path, scene) = (path("scene"), Scene::default());
+        let mut other = scene.clone();
+        other.lights.clear();
+        other.materials.push(crate::scene::Material::default());
+        write_cloud(&path, &cloud(), &[scene_comment(&scene)]).unwrap();
+        assert_eq!(differing_scene(&path, &scene).unwrap(), None);
+        assert_eq!(differing_scene(&path, &other).unwrap().as_deref(), Some("materials"));
+        write_cloud(&path, &cloud(), &[]).unwrap();
+        assert_eq!(differing_scene(&path, &other).unwrap(), None);
         std::fs::remove_file(&path).unwrap();
     }
 

@@ -44,7 +44,7 @@ mod settings;
 mod tree_build;
 mod tree_walk;
 
-pub use cloud_file::{read_cloud, write_cloud};
+pub use cloud_file::{differing_scene, read_cloud, scene_comment, write_cloud};
 pub use dice::{Density, Piece, dice};
 pub use element::{Channel, Cloud};
 pub use groups::Group;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::errors::{Errors, errors};
 use super::flip;
-use super::reference::{beauty, same_size};
+use super::reference::{beauty, origin, same_size};
 use super::truth::{Cleaned, Truth};
 use crate::error::Result;
 use crate::film::Film;
@@ -125,6 +125,25 @@ pub fn compare_with_flip(
     Ok((found, map))
 }
 
+/// What is to be known of a picture and a truth before any figure of them is believed.
+pub fn notes(image: &Film, truth: &Truth) -> Vec<String> {
+    let reference = truth.reference();
+    let mut notes = reference.notes.clone();
+    if origin(image).is_some() && origin(image) == reference.origin {
+        notes.push(
+            "picture and reference are of one method and one seed, so that their noise cancels: \
+             give one of them another seed"
+                .into(),
+        );
+    }
+    if truth.level == 0.0 {
+        notes.push(
+            "the reference is black: nothing is relative to it, only MSE and MAE hold".into(),
+        );
+    }
+    notes
+}
+
 /// |image − reference| · `amplify`, linear; NaN where either is.
 pub fn difference(image: &[Rgb], reference: &[Rgb], amplify: f32) -> Vec<Rgb> {
     image.iter().zip(reference).map(|(a, b)| (*a - *b).abs() * amplify).collect()
@@ -150,8 +169,11 @@ mod tests {
         };
         let mean: Vec<Rgb> = half(0.0);
         let halves = Some(Halves(half(1.0), half(-1.0)));
-        let reference =
-            Reference { width, height, mean: mean.clone(), halves, albedo: None, normal: None };
+        let reference = Reference {
+            mean: mean.clone(),
+            halves,
+            ..Truth::exact(width, height, &mean).reference().clone()
+        };
         let truth = Truth::new(reference, None).unwrap();
         let mut film = Film::new(width, height);
         film.set_rgb("", &mean);

@@ -215,8 +215,11 @@ mod tests {
         let right = errors(&image, &Truth::exact(width, height, &exact));
         let halves = Halves(noisy(1), noisy(2));
         let mean: Vec<Rgb> = halves.0.iter().zip(&halves.1).map(|(a, b)| (*a + *b) * 0.5).collect();
-        let reference =
-            Reference { width, height, mean, halves: Some(halves), albedo: None, normal: None };
+        let reference = Reference {
+            mean,
+            halves: Some(halves),
+            ..Truth::exact(width, height, &exact).reference
+        };
         let truth = Truth::new(reference, None).unwrap();
         let found = errors(&image, &truth);
         // Its own noise is 1.5 where it is 1 to the floor: a thousand times the error.

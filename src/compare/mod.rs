@@ -27,7 +27,7 @@ mod octaves;
 mod reference;
 mod truth;
 
-pub use comparison::{Comparison, compare, compare_with_flip, difference, exposure_of};
+pub use comparison::{Comparison, compare, compare_with_flip, difference, exposure_of, notes};
 pub use errors::{Errors, Halves, errors, errors_at};
 pub use flip::flip;
 pub use octaves::{Octave, Octaves, octaves};

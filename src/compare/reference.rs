@@ -22,6 +22,10 @@ pub struct Reference {
     pub albedo: Option<Vec<Rgb>>,
     /// Normal of what each pixel shows, where it is known.
     pub normal: Option<Vec<glam::Vec3>>,
+    /// What a reader of the figures has to know of the file.
+    pub notes: Vec<String>,
+    /// Method and seed, where the file tells them.
+    pub origin: Option<[String; 2]>,
 }
 
 /// Reads a reference: halves from its layers `half0`, `half1`, else from sibling files
@@ -32,6 +36,7 @@ pub struct Reference {
 pub fn read_reference(path: &Path) -> Result<Reference> {
     let film = read_exr(path)?;
     let mean = beauty(&film, path)?;
+    let mut notes = Vec::new();
     let mut halves = film.rgb("half0").zip(film.rgb("half1")).map(|(a, b)| Halves(a, b));
     if halves.is_none() {
         let siblings: [PathBuf; 2] = ["half0.exr", "half1.exr"].map(|e| path.with_extension(e));
@@ -41,6 +46,15 @@ pub fn read_reference(path: &Path) -> Result<Reference> {
                 same_size(half, film.width, film.height, at)?;
             }
             halves = Some(Halves(beauty(&a, &siblings[0])?, beauty(&b, &siblings[1])?));
+        }
+        let one = |found: [bool; 2]| found[0] != found[1];
+        if one(["half0", "half1"].map(|name| film.rgb(name).is_some()))
+            || one([0, 1].map(|i| siblings[i].is_file()))
+        {
+            notes.push(format!(
+                "{} has one half without the other: its noise counts as error",
+                path.display()
+            ));
         }
     }
     // Halves of one and the same sample are not independent.
@@ -52,7 +66,15 @@ pub fn read_reference(path: &Path) -> Result<Reference> {
         halves,
         albedo: film.rgb("albedo"),
         normal: film.xyz("N"),
+        notes,
+        origin: origin(&film),
     })
+}
+
+/// Method and seed that a film's header tells.
+pub(super) fn origin(film: &Film) -> Option<[String; 2]> {
+    let of = |key: &str| film.header.get(key).cloned();
+    Some([of("nearfar.method")?, of("nearfar.seed")?])
 }
 
 pub(super) fn beauty(film: &Film, path: &Path) -> Result<Vec<Rgb>> {

@@ -30,7 +30,7 @@ use super::cross_filter::cross_filter;
 use super::errors::{Halves, kept};
 use super::reference::{Reference, read_reference};
 use crate::error::Result;
-use crate::ffi::oidn::{Denoiser, Input};
+use crate::ffi::oidn::{Denoiser, Input, VARIABLE};
 use crate::radiometry::Rgb;
 
 /// What took the noise out of a reference.
@@ -124,6 +124,8 @@ impl Truth {
             halves: None,
             albedo: None,
             normal: None,
+            notes: Vec::new(),
+            origin: None,
         };
         Self::with(reference, [pixels.to_vec(), pixels.to_vec()], Cleaned::Not)
     }
@@ -133,8 +135,18 @@ impl Truth {
     /// # Errors
     /// As [`read_reference`] and [`Denoiser::denoise`].
     pub fn read(path: &Path) -> Result<Self> {
-        let denoiser = Denoiser::open(rayon::current_num_threads()).ok();
-        Self::new(read_reference(path)?, denoiser.as_ref())
+        let mut reference = read_reference(path)?;
+        let denoiser = match Denoiser::open(rayon::current_num_threads()) {
+            Ok(denoiser) => Some(denoiser),
+            // A denoiser that the user names is expected to be there.
+            Err(error) => {
+                if std::env::var_os(VARIABLE).is_some() {
+                    reference.notes.push(format!("the reference is cleaned without it: {error}"));
+                }
+                None
+            }
+        };
+        Self::new(reference, denoiser.as_ref())
     }
 
     fn with(reference: Reference, mut halves: [Vec<Rgb>; 2], cleaned: Cleaned) -> Self {

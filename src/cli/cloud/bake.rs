@@ -13,7 +13,7 @@ use toml::Value;
 
 use crate::cli::options::SceneOptions;
 use crate::cli::{check_writable, write_json};
-use crate::cloud::{RadiositySource, bake, bake_areas, write_cloud};
+use crate::cloud::{RadiositySource, bake, bake_areas, scene_comment, write_cloud};
 use crate::error::{Error, Result};
 use crate::render::RunStatistics;
 use crate::shading::World;
@@ -113,6 +113,7 @@ pub(super) fn bake_to_file(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<
             &[
                 format!("nearfar {} cloud bake of {scene}", env!("CARGO_PKG_VERSION")),
                 "areas in scene units squared, light in W/m2".into(),
+                scene_comment(&job.scene),
             ],
         )?;
     }

@@ -17,7 +17,7 @@ use super::against_rays::{EqualRays, TRACED, TracedFigures, against_rays};
 use crate::accel::Backend;
 use crate::cli::options::SceneOptions;
 use crate::cli::picture::OutputOptions;
-use crate::cloud::{Hierarchy, read_cloud};
+use crate::cloud::{Hierarchy, differing_scene, read_cloud};
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::method::point_based::{PointLayers, gather_picture};
@@ -94,6 +94,10 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         let _phase = job.run.phase("cloud", 1);
         read_cloud(&args.cloud)?
     };
+    if let Some(parts) = differing_scene(&args.cloud, &job.scene)? {
+        let cloud = args.cloud.display();
+        job.run.warn(format!("{cloud} was baked of a scene with other {parts}"));
+    }
     let settings = &job.config.point_based;
     let tree = {
         let _phase = job.run.phase("tree", 1);
