@@ -311,8 +311,43 @@ fn compare_prints_judges_and_draws() {
         String::from_utf8_lossy(&differs.stdout).contains("relMSE                 0.0099"),
         "{differs:?}"
     );
-    assert!(Path::new(&diff).is_file() && stderr(&differs).contains("above 0.001"));
+    assert!(Path::new(&diff).is_file() && stderr(&differs).contains("allowed 0.001"));
     assert_eq!(code(&nearfar(&["compare", &a, &b, "--max-relmse", "0.02"])), 0);
+    for wrong in [["-o", "d.jpg"], ["--amplify", "nan"]] {
+        let refused = nearfar(&[["compare", &a, &b].as_slice(), &wrong].concat());
+        assert_eq!(code(&refused), 2, "{wrong:?}");
+    }
+}
+
+#[test]
+fn compare_says_what_makes_its_figures_doubtful() {
+    let folder = Folder::new("doubtful");
+    let grey = |v: f32| [Rgb::splat(v); 64];
+    let write = |name: &str, v: f32, change: &dyn Fn(&mut Film)| {
+        let mut film = Film::new(8, 8);
+        film.set_rgb("", &grey(v));
+        change(&mut film);
+        let path = folder.at(name);
+        write_exr(&film, Path::new(&path), Precision::Full).unwrap();
+        path
+    };
+    let of_seed = |seed: &'static str| {
+        move |film: &mut Film| {
+            film.header.insert("nearfar.method".into(), "path".into());
+            film.header.insert("nearfar.seed".into(), seed.into());
+        }
+    };
+    let picture = write("picture.exr", 1.1, &of_seed("3"));
+    for (reference, said) in [
+        (write("same.exr", 1.0, &of_seed("3")), "one method and one seed"),
+        (write("other.exr", 1.0, &of_seed("4")), ""),
+        (write("half.exr", 1.0, &|f| f.set_rgb("half0", &grey(1.0))), "one half without"),
+        (write("black.exr", 0.0, &|_| ()), "is black"),
+    ] {
+        let told = stderr(&nearfar(&["compare", &picture, &reference]));
+        let right = if said.is_empty() { told.is_empty() } else { told.contains(said) };
+        assert!(right, "{reference}: {told}");
+    }
 }
 
 /// User and system seconds of a process.

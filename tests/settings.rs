@@ -140,3 +140,25 @@ fn a_film_keeps_the_near_noise_that_is_set() {
     assert_eq!(noise(true, &set).as_deref(), Some("near_noise = \"pixel\""));
     assert_eq!(noise(false, &["--reuse", "none"]), None);
 }
+
+#[test]
+fn a_wrong_setting_of_a_scene_file_is_told_with_its_line() {
+    let folder = Folder::new("lines");
+    let scene = folder.at("scene.toml");
+    let write = |settings: &str| {
+        let mesh = SCENE.replace(".toml", ".obj");
+        let text = format!("[[mesh]]\nfile = \"{mesh}\"\n\n[settings.decompose]\n{settings}\n");
+        std::fs::write(&scene, text).unwrap();
+    };
+    for (settings, word) in [("rays = -3", "rays"), ("raiys = 3", "did you mean"), ("tau = 1", "")]
+    {
+        write(settings);
+        let (code, _, err) = nearfar(&["info", &scene]);
+        assert!(code == 2 && err.contains(&format!("{scene}:5: ")) && err.contains(word), "{err}");
+    }
+    write("rays = 3");
+    let (code, _, err) = nearfar(&["info", &scene, "--set", "decompose.rays=-3"]);
+    assert!(code == 2 && !err.contains("scene.toml:"), "{err}");
+    let (code, _, err) = nearfar(&["settings", "photon.count"]);
+    assert!(code == 2 && err.contains("proxy.photons"), "{err}");
+}

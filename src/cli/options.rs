@@ -1,5 +1,6 @@
 //! Options that rendering commands share, and how they become a scene and settings.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -13,7 +14,7 @@ use super::progress::Bar;
 use super::{parse_size, tell};
 use crate::accel::Backend;
 use crate::config::{self, Quality, RenderConfig};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::load::{Loaded, load};
 use crate::run::Run;
 use crate::scene::Scene;
@@ -78,7 +79,7 @@ impl SceneOptions {
         run.deadline = time_limit.map(|s| run.started + Duration::from_secs_f64(s));
         run = with_bar(run, self.quiet, cancel);
         let phase = run.phase("load", 1);
-        let Loaded { scene, mut settings, notes, warnings } = self.read()?;
+        let Loaded { scene, mut settings, notes, warnings, setting_lines } = self.read()?;
         drop(phase);
         tell(self.quiet, &notes, &warnings);
         for (key, value) in extra {
@@ -91,7 +92,8 @@ impl SceneOptions {
             config::set(&mut settings, "backend", Value::String(value_name(backend)))?;
         }
         self.quality.fill(&mut settings)?;
-        let config = RenderConfig::from_table(settings.clone())?;
+        let config = RenderConfig::from_table(settings.clone())
+            .map_err(|error| self.placed(error, &setting_lines))?;
         let (path, quiet, verbose) = (self.scene.clone(), self.quiet, self.verbose);
         Ok(Job { path, scene, given: settings, config, run, quiet, verbose })
     }
@@ -102,8 +104,20 @@ impl SceneOptions {
     /// Whatever is wrong with the scene or a setting.
     pub(super) fn load(&self) -> Result<Loaded> {
         let loaded = self.read()?;
-        RenderConfig::at_quality(loaded.settings.clone(), self.quality)?;
+        RenderConfig::at_quality(loaded.settings.clone(), self.quality)
+            .map_err(|error| self.placed(error, &loaded.setting_lines))?;
         Ok(loaded)
+    }
+
+    /// The fault of a setting with its place in the scene file, where it comes from there.
+    fn placed(&self, error: Error, lines: &BTreeMap<String, usize>) -> Error {
+        match &error {
+            Error::Setting { key, .. } => match lines.get(key) {
+                Some(&line) => Error::input(&self.scene, Some(line), error.to_string()),
+                None => error,
+            },
+            _ => error,
+        }
     }
 
     fn read(&self) -> Result<Loaded> {

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::config::RenderConfig;
+use crate::config::{RenderConfig, renamed};
 use crate::error::{Error, Result};
 use crate::settings::{Group, Setting, nearest, page};
 
@@ -46,6 +46,9 @@ fn matching(groups: Vec<Group>, pattern: &str) -> Result<Vec<Setting>> {
     let mut found: Vec<Setting> = all.iter().filter(in_key).cloned().collect();
     if found.is_empty() {
         found = all.iter().filter(in_meaning).cloned().collect();
+    }
+    if let (true, Some(now)) = (found.is_empty(), renamed(&wanted)) {
+        return Err(Error::setting(wanted, now));
     }
     if found.is_empty() {
         let names = all.iter().flat_map(|s| [s.key.as_str()].into_iter().chain(s.key.split('.')));

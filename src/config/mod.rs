@@ -65,6 +65,11 @@ const RENAMED: [(&str, &str); 7] = [
     ("points", "the section is called [point_based] now"),
 ];
 
+/// What became of a key or section of earlier versions.
+pub fn renamed(key: &str) -> Option<&'static str> {
+    RENAMED.iter().find(|(old, _)| *old == key).map(|(_, now)| *now)
+}
+
 impl RenderConfig {
     /// From the `settings` table of a scene file (after assignments were merged into it), every
     /// value checked.
@@ -164,8 +169,8 @@ fn check_key(groups: &[Group], key: &str) -> Result<()> {
     if keys().chain(sections()).any(|k| k == key) {
         return Ok(());
     }
-    if let Some((_, now)) = RENAMED.iter().find(|(old, _)| *old == key || *old == section) {
-        return Err(Error::setting(key, *now));
+    if let Some(now) = renamed(key).or_else(|| renamed(section)) {
+        return Err(Error::setting(key, now));
     }
     let near = nearest(key, keys()).or_else(|| nearest(key, sections()));
     let elsewhere = || keys().find(|k| k.rsplit('.').next() == Some(last));

@@ -69,6 +69,7 @@ impl<'a> Assembly<'a> {
         let stem = self.file.file_stem().map(|s| s.to_string_lossy().into_owned());
         self.loaded.scene.name = entry.name.or(stem).unwrap_or_default();
         self.loaded.settings = entry.settings;
+        self.loaded.setting_lines = entry.setting_lines;
         let mut shapes = Vec::new();
         for (index, mesh) in entry.mesh.iter().enumerate() {
             shapes.extend(self.shapes(mesh)?.into_iter().map(|s| (index, s)));

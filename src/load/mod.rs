@@ -43,6 +43,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// The `[settings]` table with overrides merged in, unchecked.
     pub settings: toml::Table,
+    /// Line in the scene file of each of them that comes from there, by dotted key.
+    pub setting_lines: std::collections::BTreeMap<String, usize>,
     /// What was chosen for the user.
     pub notes: Vec<String>,
     /// What is wrong but was mended.

@@ -54,6 +54,9 @@ pub struct SceneFile {
     pub light: Vec<Spanned<LightEntry>>,
     pub material: BTreeMap<String, Spanned<MaterialEntry>>,
     pub settings: toml::Table,
+    /// Line of each setting that the file itself gives, by dotted key.
+    #[serde(skip)]
+    pub setting_lines: BTreeMap<String, usize>,
 }
 
 /// `[camera]`.
@@ -231,13 +234,35 @@ pub fn parse(path: &Path, text: &str, overrides: &[(String, String)]) -> Result<
     };
     let mut table = DeTable::parse(text).map_err(|e| wrong(&e))?;
     let mut scene = read(&table).map_err(|e| wrong(&e))?;
+    let mut lines = setting_lines(&table, text);
     for (key, value) in overrides {
         let bad = |message: String| Error::setting(key.clone(), message);
         apply(&mut table, key, value).map_err(bad)?;
         scene = read(&table)
             .map_err(|e| bad(e.message().trim_end_matches('\n').replace('\n', "; ")))?;
+        lines.remove(key.strip_prefix("settings.").unwrap_or(key));
     }
+    scene.setting_lines = lines;
     Ok(scene)
+}
+
+/// Where the settings of a file stand.
+fn setting_lines(table: &Spanned<DeTable<'_>>, text: &str) -> BTreeMap<String, usize> {
+    fn walk(at: &Spanned<DeValue<'_>>, key: &str, text: &str, lines: &mut BTreeMap<String, usize>) {
+        if let DeValue::Table(inner) = at.get_ref() {
+            for (name, value) in inner {
+                let dot = if key.is_empty() { "" } else { "." };
+                let key = format!("{key}{dot}{}", name.get_ref());
+                lines.insert(key.clone(), line_at(text, name.span().start));
+                walk(value, &key, text, lines);
+            }
+        }
+    }
+    let mut lines = BTreeMap::new();
+    if let Some(settings) = table.get_ref().get("settings") {
+        walk(settings, "", text, &mut lines);
+    }
+    lines
 }
 
 fn read(table: &Spanned<DeTable<'_>>) -> std::result::Result<SceneFile, toml::de::Error> {
@@ -314,6 +339,16 @@ mod tests {
 
     const TEXT: &str = "name = \"a\"\n[camera]\nwidth = 100\n[[light]]\ntype = \"sky\"\nradiance \
                         = 2\n[settings.decompose]\nalpha = 0.5\n";
+
+    #[test]
+    fn settings_know_their_lines() {
+        let text = "[settings]\nseed = 1\n[settings.decompose]\nalpha = 0.5\nrays = 4\n";
+        let overrides = [("decompose.rays".to_owned(), "8".to_owned())];
+        let scene = parse(Path::new("a.toml"), text, &overrides).unwrap();
+        let line = |key: &str| scene.setting_lines.get(key).copied();
+        assert_eq!([line("seed"), line("decompose.alpha")], [Some(2), Some(4)]);
+        assert_eq!(line("decompose.rays"), None);
+    }
 
     #[test]
     fn overrides_reach_scene_and_settings() {
