@@ -8,6 +8,7 @@ mod budget;
 mod cache;
 mod cache_record;
 mod cli;
+mod compare;
 mod conformance;
 mod converge;
 mod convergence;
