@@ -108,7 +108,10 @@ fn alpha_zero_is_a_plain_gather() {
                         return None;
                     }
                     let s = w.closest(&nearfar::math::Ray::new(points.p[m], wi))?;
-                    Some((wi, proxy.read(&Landing::from(&s)).radiosity.x / std::f32::consts::PI))
+                    Some((
+                        wi,
+                        proxy.read(&w, &Landing::from(&s)).radiosity.x / std::f32::consts::PI,
+                    ))
                 })
                 .collect();
             fit_apart(&hits, settings.ridge)

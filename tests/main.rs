@@ -25,6 +25,7 @@ mod install;
 mod near_far;
 mod path;
 mod pixel_filter;
+mod places;
 mod point_based;
 mod proxy;
 mod proxy_gather;

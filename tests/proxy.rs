@@ -376,7 +376,7 @@ fn need_by_landings_makes_light_where_rays_landed_and_keeps_what_was() {
     let before = gathered(&proxy);
     assert!(before[0] > 100 && before[1] == 0, "{before:?}");
     let read = |proxy: &Proxy, all: &[Landing]| -> Vec<Rgb> {
-        all.iter().map(|l| proxy.read(l).radiosity).collect()
+        all.iter().map(|l| proxy.read(&w, l).radiosity).collect()
     };
     let kept = read(&proxy, &first);
     let added = proxy.need(&w, Need::Landings(&second), &run).unwrap();

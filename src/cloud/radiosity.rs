@@ -103,8 +103,8 @@ pub fn bake(
             for (i, piece) in pieces.iter().enumerate() {
                 let (b, triangle) = (piece.at(glam::Vec2::splat(0.5)), piece.triangle);
                 for (side, leaving) in Side::BOTH.into_iter().zip(&mut leaving) {
-                    let landing = Landing { triangle, u: b.x, v: b.y, side };
-                    leaving[i] += albedo[i] * proxy.read(&landing).indirect;
+                    let landing = Landing { triangle, u: b.x, v: b.y, side, reach: 0.0 };
+                    leaving[i] += albedo[i] * proxy.read(world, &landing).indirect;
                 }
             }
         }

@@ -76,7 +76,7 @@ fn wrong_values_are_named_with_what_is_allowed() {
         (
             "[proxy]\nestimate = \"gathr\"",
             "setting \"proxy.estimate\": \"gathr\" is not allowed: write one of cells, gather, \
-             density; did you mean \"gather\"?",
+             density, places; did you mean \"gather\"?",
         ),
         (
             "[direct]\nlight_samples = 0",

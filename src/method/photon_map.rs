@@ -80,7 +80,7 @@ pub fn render(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> 
                                 sum[0] += world.lights.background(dir);
                                 continue;
                             };
-                            let light = proxy.read(&Landing::from(&s));
+                            let light = proxy.read(world, &Landing::from(&s));
                             sum[0] += s.le + light.radiosity / std::f32::consts::PI;
                             sum[1] += light.indirect;
                             sum[2] += s.albedo;
@@ -106,7 +106,7 @@ pub fn render(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> 
             .map(|i| {
                 let pixel = glam::Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
                 let ray = Ray::new(world.camera.eye, world.camera.direction(pixel));
-                let piece = |s| proxy.read(&Landing::from(&s)).piece;
+                let piece = |s| proxy.read(world, &Landing::from(&s)).piece;
                 world.closest(&ray).map_or(-1.0, |s| piece(s).number() as f32)
             })
             .collect()

@@ -4,7 +4,7 @@
 //! their pictures is the method alone. Phases `cells`, `photons`, `gather`, `record`.
 
 use crate::error::Result;
-use crate::proxy::{Need, Proxy, ProxyInputs, ProxySettings};
+use crate::proxy::{Need, PlaceStats, Proxy, ProxyInputs, ProxySettings};
 use crate::record::{CameraSamples, RecordSettings, camera_samples};
 use crate::run::Run;
 use crate::shading::{DirectSettings, World};
@@ -54,6 +54,9 @@ pub struct StageStatistics {
     pub sweeps: u32,
     /// Relative change of irradiance in the last sweep.
     pub sweep_residual: f32,
+    /// Places of light by need.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub places: Option<PlaceStats>,
     /// Points that need indirect light.
     pub shading_points: usize,
 }
@@ -90,6 +93,7 @@ impl Stage {
             gathered_sides: proxy.gathered,
             sweeps: proxy.sweeps,
             sweep_residual: proxy.residual,
+            places: self.proxy.place_stats(),
             shading_points: self.samples.points.len(),
         }
     }

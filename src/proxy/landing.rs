@@ -21,19 +21,27 @@ pub struct Landing {
     pub v: f32,
     /// Side that the ray met.
     pub side: Side,
+    /// Length of the ray, scene units; 0 where no ray decides how finely light is to be known.
+    pub reach: f32,
 }
 
 impl Landing {
     /// Where `ray` had its `hit`.
     pub fn new(world: &World, ray: &Ray, hit: &Hit) -> Self {
         let normal = world.geometry.face_normals[hit.triangle as usize];
-        Self { triangle: hit.triangle, u: hit.u, v: hit.v, side: Side::met(normal, ray.dir) }
+        Self {
+            triangle: hit.triangle,
+            u: hit.u,
+            v: hit.v,
+            side: Side::met(normal, ray.dir),
+            reach: hit.t * ray.dir.length(),
+        }
     }
 }
 
 impl From<&Surface> for Landing {
     fn from(s: &Surface) -> Self {
-        Self { triangle: s.triangle, u: s.u, v: s.v, side: s.side }
+        Self { triangle: s.triangle, u: s.u, v: s.v, side: s.side, reach: 0.0 }
     }
 }
 
@@ -66,8 +74,9 @@ pub struct Incident {
     pub radiance: Rgb,
     /// Distance in lengths of the ray's direction; infinite for the sky.
     pub t: f32,
-    /// The piece of surface it comes from; none for the sky.
-    pub piece: Option<Piece>,
+    /// The point that decides how near the surface is: that which stands for the piece of surface
+    /// the light comes from, or the hit itself. None for the sky.
+    pub stands_at: Option<Vec3>,
     /// Unit geometric normal there, towards the ray's origin; zero for the sky.
     pub normal: Vec3,
 }

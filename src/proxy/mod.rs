@@ -30,6 +30,7 @@
 //! | `density` | density estimation from photons |
 //! | `reflected` | direct light and albedo of a cell side |
 //! | `shooter`, `links` | rays between the cells that are needed, solved as a linear system |
+//! | `places` | in place of cells: light that is computed where it is read |
 //! | `solve`, `radiosity` | all of it in a row; the light of all cell sides |
 //!
 //! The result is bit-identical for any thread count. Photon estimates divide flux by the area it
@@ -48,6 +49,7 @@ mod links;
 mod making;
 mod overlap;
 mod patches;
+mod places;
 #[expect(clippy::module_inception, reason = "the room's one type, beside its parts")]
 mod proxy;
 mod radiosity;
@@ -65,5 +67,5 @@ pub use landing::{Incident, Landing, Piece, Reading};
 pub use proxy::{Need, Proxy, ProxyInputs};
 pub use saved::SavedProxy;
 pub use settings::{Estimate, ProxySettings};
-pub use stats::{Added, ProxyStats};
+pub use stats::{Added, PlaceStats, ProxyStats};
 pub use trace::{Photon, Traced, photons};

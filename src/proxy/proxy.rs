@@ -15,10 +15,12 @@ use glam::Vec3;
 use super::cell_side::CellSide;
 use super::cells::Cells;
 use super::making::Making;
+use super::places::Places;
 use super::radiosity::CellRadiosity;
 use super::solve::{extend, solve};
 use super::{
-    Added, Facet, Incident, Landing, Piece, ProxySettings, ProxyStats, Reading, SavedProxy,
+    Added, Estimate, Facet, Incident, Landing, Piece, PlaceStats, ProxySettings, ProxyStats,
+    Reading, SavedProxy,
 };
 use crate::error::{Error, Result};
 use crate::math::Ray;
@@ -51,6 +53,8 @@ pub enum Need<'a> {
 /// Light of the scene's surfaces.
 #[derive(Debug, Default)]
 pub struct Proxy {
+    /// Light by need, in place of cells.
+    places: Option<Places>,
     cells: Cells,
     light: CellRadiosity,
     settings: ProxySettings,
@@ -74,9 +78,19 @@ impl Proxy {
     pub fn new(world: &World, inputs: ProxyInputs<'_>, need: Need<'_>, run: &Run) -> Result<Self> {
         let ProxyInputs { near_cell, settings, seed } = inputs;
         settings.validate()?;
+        if settings.estimate == Estimate::Places {
+            return Ok(Self::of_places(world, inputs));
+        }
         let cells = cut(world, near_cell, run)?;
         let (light, stats) = solve(Making { world, cells: &cells, settings, seed, run }, need)?;
-        Ok(Self { cells, light, settings: settings.clone(), seed, stats })
+        Ok(Self { cells, light, settings: settings.clone(), seed, stats, places: None })
+    }
+
+    fn of_places(world: &World, inputs: ProxyInputs<'_>) -> Self {
+        let ProxyInputs { near_cell, settings, seed } = inputs;
+        let size = settings.place_size.map_or(near_cell, |l| l.resolve(world.diagonal));
+        let places = Some(Places::new(size, settings, seed));
+        Self { places, settings: settings.clone(), seed, ..Self::default() }
     }
 
     /// A proxy that was kept, in the same scene with the same inputs.
@@ -89,6 +103,9 @@ impl Proxy {
         saved: SavedProxy,
         run: &Run,
     ) -> Result<Self> {
+        if inputs.settings.estimate == Estimate::Places {
+            return Ok(Self::of_places(world, inputs));
+        }
         let cells = cut(world, inputs.near_cell, run)?;
         if cells.len() != saved.len() {
             return Err(Error::Render(format!(
@@ -99,7 +116,7 @@ impl Proxy {
         }
         let stats = ProxyStats { cells: cells.len(), ..ProxyStats::default() };
         let (light, settings) = (saved.0, inputs.settings.clone());
-        Ok(Self { cells, light, settings, seed: inputs.seed, stats })
+        Ok(Self { cells, light, settings, seed: inputs.seed, stats, places: None })
     }
 
     /// A proxy whose light is given: `radiosity` (W·m⁻²) by the centroid of a piece and the unit
@@ -131,6 +148,9 @@ impl Proxy {
     /// # Errors
     /// [`Error::Interrupted`].
     pub fn need(&mut self, world: &World, need: Need<'_>, run: &Run) -> Result<Added> {
+        if self.places.is_some() {
+            return Ok(Added::default());
+        }
         let Self { cells, light, settings, seed, .. } = self;
         extend(Making { world, cells, settings, seed: *seed, run }, light, need)
     }
@@ -141,17 +161,17 @@ impl Proxy {
             None => Incident {
                 radiance: world.lights.sky.radiance(ray.dir.normalize_or_zero()),
                 t: f32::INFINITY,
-                piece: None,
+                stands_at: None,
                 normal: Vec3::ZERO,
             },
             Some(hit) => {
                 let landing = Landing::new(world, ray, &hit);
-                let Reading { radiosity, piece, .. } = self.read(&landing);
+                let Reading { radiosity, piece, .. } = self.read(world, &landing);
                 let normal = world.geometry.face_normals[hit.triangle as usize];
                 Incident {
                     radiance: radiosity * std::f32::consts::FRAC_1_PI,
                     t: hit.t,
-                    piece: Some(piece),
+                    stands_at: Some(self.center(piece).unwrap_or_else(|| ray.at(hit.t))),
                     normal: normal * landing.side.sign(),
                 }
             }
@@ -159,7 +179,10 @@ impl Proxy {
     }
 
     /// The light where a ray has landed.
-    pub fn read(&self, landing: &Landing) -> Reading {
+    pub fn read(&self, world: &World, landing: &Landing) -> Reading {
+        if let Some(places) = &self.places {
+            return places.read(world, landing);
+        }
         let cell = self.cells.find(landing.triangle, landing.u, landing.v);
         let at = CellSide::new(cell, landing.side).index();
         Reading {
@@ -170,8 +193,9 @@ impl Proxy {
     }
 
     /// The point that stands for a piece: how near the piece is, is the distance of this point.
-    pub fn center(&self, piece: Piece) -> Vec3 {
-        self.cells.centroids[piece.0 as usize]
+    /// None for places, each hit of which stands for itself.
+    fn center(&self, piece: Piece) -> Option<Vec3> {
+        self.places.is_none().then(|| self.cells.centroids[piece.0 as usize])
     }
 
     /// Longest edge of a piece, scene units: a landing is never farther than this from the point
@@ -208,6 +232,11 @@ impl Proxy {
     /// How it was made; [`Proxy::need`] leaves this as it is.
     pub fn stats(&self) -> &ProxyStats {
         &self.stats
+    }
+
+    /// What light by need took so far; none for a proxy of cells.
+    pub fn place_stats(&self) -> Option<PlaceStats> {
+        self.places.as_ref().map(Places::stats)
     }
 
     /// What is worth keeping for later renders of the scene.

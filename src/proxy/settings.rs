@@ -16,6 +16,9 @@ choices! {
         /// k nearest photons around the centroid over the area of surface that lies inside their
         /// sphere.
         Density = "density",
+        /// No photons and no cells: places that come to be where rays land, with the light that
+        /// their own rays find.
+        Places = "places",
     }
 }
 
@@ -41,6 +44,11 @@ section! {
         gather_rays: u32 = 16, in from(1.0).to(4096.0), unit "rays";
         /// `gather` only: rounds in which sides hit by the rays of others join in.
         gather_rounds: u32 = 3, in from(1.0).to(16.0), unit "rounds";
+        /// `places` only: smallest size of a place that nothing divides.
+        place_size: Option<Length> = None, follows "decompose.near_cell", in above(0.0);
+        /// `places` only: size of a place over the length of the ray that landed there, where that
+        /// is more than `place_size`.
+        place_reach: f32 = 0.2, in from(0.0).to(1.0);
         /// `gather` only: most sweeps over the linear system; fewer are done when one changes less
         /// than 0.1 %.
         gather_sweeps: u32 = 16, in from(1.0).to(1000.0), unit "sweeps";

@@ -43,7 +43,7 @@ pub(super) enum Met {
 
 impl Making<'_> {
     fn arrival(&self, landing: &Landing) -> Arrival {
-        let Landing { triangle, u, v, side } = *landing;
+        let Landing { triangle, u, v, side, .. } = *landing;
         Arrival { at: CellSide::new(self.cells.find(triangle, u, v), side), triangle, u, v }
     }
 

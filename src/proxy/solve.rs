@@ -84,7 +84,7 @@ impl<'a> FromPhotons<'a> {
         let (mut estimates, mut estimate_of) = (Vec::new(), Vec::new());
         let map = match settings.estimate {
             Estimate::Density => Some(PhotonMap::new(photons)),
-            Estimate::Cells | Estimate::Gather => {
+            Estimate::Cells | Estimate::Gather | Estimate::Places => {
                 let (sides, side_index) = index.sides();
                 let patches = Patches::new(&sides, first_radius, cap);
                 estimates = patches
@@ -158,7 +158,7 @@ pub(super) fn solve(making: Making<'_>, need: Need<'_>) -> Result<(CellRadiosity
     let traced = trace(&making)?;
     let links = match settings.estimate {
         Estimate::Gather => Some(Links::new(&making, need, vec![false; 2 * cells.len()])?),
-        Estimate::Cells | Estimate::Density => None,
+        Estimate::Cells | Estimate::Density | Estimate::Places => None,
     };
     let phase = run.phase("cells", cells.len() as u64);
     let stored = traced.photons.iter().map(|p| p.flux.as_dvec3()).sum::<glam::DVec3>();

@@ -36,6 +36,19 @@ pub struct ProxyStats {
     pub residual: f32,
 }
 
+/// Light by need: what it took so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct PlaceStats {
+    /// Places that were found, divided ones too.
+    pub places: usize,
+    /// Shadow rays.
+    pub shadow_rays: u64,
+    /// Cosine rays that gather.
+    pub gather_rays: u64,
+    /// Short rays that tell what a place covers.
+    pub short_rays: u64,
+}
+
 /// What [`super::Proxy::need`] added to a proxy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Added {

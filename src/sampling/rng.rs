@@ -46,6 +46,10 @@ pub enum Stream {
     BenchPhoton,
     /// Gather rays of a bench, keyed by ray.
     BenchGather,
+    /// Points and rays of the proxy's places, keyed by the hash of a place.
+    Place,
+    /// Paths that end the light of places, keyed by the hash of a place and the path.
+    PlaceWalk,
     /// Independent halves of a picture that converges; a seed of its own for each.
     Converge,
 }
@@ -76,6 +80,8 @@ impl Stream {
             Self::BenchShadow => (15, 0),
             Self::BenchPhoton => (16, 0),
             Self::BenchGather => (17, 0),
+            Self::Place => (18, 0),
+            Self::PlaceWalk => (19, 0),
             Self::Converge => (0x636f_6e76_6572_6765, 0),
         }
     }

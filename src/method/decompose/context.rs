@@ -50,7 +50,7 @@ impl<'a> Context<'a> {
     /// Membership of the surface that a ray from `p` met in the near ball of radius `alpha` around
     /// `p`: that of the place which stands for it. `None` for the sky.
     pub fn membership_of(&self, incident: &Incident, p: Vec3, alpha: f32) -> Option<f32> {
-        let distance = self.proxy.center(incident.piece?).distance(p);
+        let distance = incident.stands_at?.distance(p);
         Some(self.settings.near_hits.membership(distance, alpha))
     }
 }

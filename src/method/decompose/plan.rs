@@ -93,6 +93,7 @@ pub fn plan(
         None => {
             settings.validate()?;
             inputs.validate()?;
+            settings.suits(inputs.photon)?;
             let proxy = Proxy::new(world, inputs.proxy(), Need::Views(views), run)?;
             let stage = Stage { proxy, samples: CameraSamples::default() };
             Prepared { stage, ..Prepared::empty(settings.lengths(world.diagonal)) }

@@ -39,6 +39,7 @@ pub fn prepare(
     run: &Run,
 ) -> Result<Prepared> {
     settings.validate()?;
+    settings.suits(inputs.photon)?;
     let stage = Stage::new(world, inputs, run)?;
     let mut prepared = Prepared { stage, ..Prepared::empty(settings.lengths(world.diagonal)) };
     prepared.cover(world, settings, inputs.seed, run)?;
@@ -100,6 +101,7 @@ impl Prepared {
     ) -> Result<Self> {
         settings.validate()?;
         inputs.validate()?;
+        settings.suits(inputs.photon)?;
         let proxy = Proxy::restore(world, inputs.proxy(), known.proxy, run)?;
         let stage = Stage { proxy, samples: CameraSamples::default() };
         let sampled = known.sampled;

@@ -3,6 +3,7 @@
 use super::NearNoise;
 use crate::error::{Error, Result};
 use crate::length::Length;
+use crate::proxy::{Estimate, ProxySettings};
 use crate::settings::{choices, section};
 
 choices! {
@@ -147,6 +148,21 @@ impl DecomposeSettings {
     /// Whether pass 3 sums over cells, and so needs the tree of them.
     pub fn sums_cells(&self) -> bool {
         matches!(self.near_visibility, NearVisibility::Assumed | NearVisibility::Traced)
+    }
+
+    /// Whether pass 3 finds in the proxy what it needs.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] where it sums over cells and the proxy has none.
+    pub fn suits(&self, proxy: &ProxySettings) -> Result<()> {
+        if self.sums_cells() && proxy.estimate == Estimate::Places {
+            return Err(Error::setting(
+                "proxy.estimate",
+                "\"places\" leaves no cells for decompose.near_visibility to sum over; set that to \
+                 \"rays\"",
+            ));
+        }
+        Ok(())
     }
 
     /// The lengths in a scene of the given diagonal. Where alpha is 0 or infinite the others fall
