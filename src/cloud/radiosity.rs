@@ -97,14 +97,18 @@ pub fn bake(
     );
     match settings.radiosity {
         RadiositySource::Photon => {
-            let views = std::slice::from_ref(&world.camera);
-            let inputs = ProxyInputs { seed, ..proxy };
-            let proxy = Proxy::new(world, inputs, Need::Views(views), run)?;
-            for (i, piece) in pieces.iter().enumerate() {
+            let landing = |piece: &Piece, side: Side| {
                 let (b, triangle) = (piece.at(glam::Vec2::splat(0.5)), piece.triangle);
-                for (side, leaving) in Side::BOTH.into_iter().zip(&mut leaving) {
-                    let landing = Landing { triangle, u: b.x, v: b.y, side, reach: 0.0 };
-                    leaving[i] += albedo[i] * proxy.read(world, &landing).indirect;
+                let p = world.geometry.surface(triangle, b.x, b.y).p;
+                Landing { p, triangle, u: b.x, v: b.y, side, reach: 0.0 }
+            };
+            let sides = pieces.iter().flat_map(|p| Side::BOTH.map(|side| landing(p, side)));
+            let landings: Vec<Landing> = sides.collect();
+            let inputs = ProxyInputs { seed, ..proxy };
+            let proxy = Proxy::new(world, inputs, Need::Landings(&landings), run)?;
+            for (i, both) in landings.chunks_exact(2).enumerate() {
+                for (landing, leaving) in both.iter().zip(&mut leaving) {
+                    leaving[i] += albedo[i] * proxy.read(world, landing).indirect;
                 }
             }
         }

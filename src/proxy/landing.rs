@@ -13,6 +13,8 @@ use crate::tessellate::Side;
 /// A point on one side of a surface, as a ray met it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Landing {
+    /// Position, world space.
+    pub p: Vec3,
     /// Triangle of the geometry.
     pub triangle: u32,
     /// Barycentric weight of vertex 1.
@@ -30,6 +32,7 @@ impl Landing {
     pub fn new(world: &World, ray: &Ray, hit: &Hit) -> Self {
         let normal = world.geometry.face_normals[hit.triangle as usize];
         Self {
+            p: ray.at(hit.t),
             triangle: hit.triangle,
             u: hit.u,
             v: hit.v,
@@ -41,7 +44,7 @@ impl Landing {
 
 impl From<&Surface> for Landing {
     fn from(s: &Surface) -> Self {
-        Self { triangle: s.triangle, u: s.u, v: s.v, side: s.side, reach: 0.0 }
+        Self { p: s.p, triangle: s.triangle, u: s.u, v: s.v, side: s.side, reach: 0.0 }
     }
 }
 

@@ -30,6 +30,9 @@ use crate::scene::Camera;
 use crate::shading::World;
 use crate::tessellate::{Geometry, Side};
 
+/// Size of a place over that of a cell, where no size is set.
+const PLACE_OF_CELL: f32 = 0.4;
+
 /// What a proxy is made with.
 #[derive(Clone, Copy, Debug)]
 pub struct ProxyInputs<'a> {
@@ -79,7 +82,9 @@ impl Proxy {
         let ProxyInputs { near_cell, settings, seed } = inputs;
         settings.validate()?;
         if settings.estimate == Estimate::Places {
-            return Ok(Self::of_places(world, inputs));
+            let mut proxy = Self::of_places(world, inputs);
+            proxy.need(world, need, run)?;
+            return Ok(proxy);
         }
         let cells = cut(world, near_cell, run)?;
         let (light, stats) = solve(Making { world, cells: &cells, settings, seed, run }, need)?;
@@ -88,8 +93,9 @@ impl Proxy {
 
     fn of_places(world: &World, inputs: ProxyInputs<'_>) -> Self {
         let ProxyInputs { near_cell, settings, seed } = inputs;
-        let size = settings.place_size.map_or(near_cell, |l| l.resolve(world.diagonal));
-        let places = Some(Places::new(size, settings, seed));
+        let size =
+            settings.place_size.map_or(PLACE_OF_CELL * near_cell, |l| l.resolve(world.diagonal));
+        let places = Some(Places::new(world, size, settings, seed));
         Self { places, settings: settings.clone(), seed, ..Self::default() }
     }
 
@@ -148,8 +154,8 @@ impl Proxy {
     /// # Errors
     /// [`Error::Interrupted`].
     pub fn need(&mut self, world: &World, need: Need<'_>, run: &Run) -> Result<Added> {
-        if self.places.is_some() {
-            return Ok(Added::default());
+        if let Some(places) = &mut self.places {
+            return places.extend(world, need, run);
         }
         let Self { cells, light, settings, seed, .. } = self;
         extend(Making { world, cells, settings, seed: *seed, run }, light, need)

@@ -37,18 +37,19 @@ section! {
         max_radius: Length = Length::PercentOfDiagonal(5.0), in above(0.0);
         /// Cosine of the largest angle between normals that share photons; 0.7 is 45°.
         normal_agreement: f32 = 0.7, in from(0.0).to(0.999);
-        /// Shadow rays per cell side. `gather` shoots one to sides that nothing reached.
+        /// Shadow rays per cell side; `gather` shoots one to sides that nothing reached. The most for
+        /// a place.
         direct_samples: u32 = 8, in from(1.0).to(4096.0), unit "shadow rays";
-        /// `gather` only: rays per cell side, half as many for sides the picture sees only by way
-        /// of others.
+        /// Rays per cell side with `gather`, half as many for sides the picture sees only by way of
+        /// others. With `places`, a quarter of it to four times as many, by need and noise.
         gather_rays: u32 = 16, in from(1.0).to(4096.0), unit "rays";
         /// `gather` only: rounds in which sides hit by the rays of others join in.
         gather_rounds: u32 = 3, in from(1.0).to(16.0), unit "rounds";
-        /// `places` only: smallest size of a place that nothing divides.
-        place_size: Option<Length> = None, follows "decompose.near_cell", in above(0.0);
+        /// `places` only: smallest size of a place.
+        place_size: Option<Length> = None, follows "0.4 decompose.near_cell", in above(0.0);
         /// `places` only: size of a place over the length of the ray that landed there, where that
         /// is more than `place_size`.
-        place_reach: f32 = 0.2, in from(0.0).to(1.0);
+        place_reach: f32 = 0.07, in from(0.0).to(1.0);
         /// `gather` only: most sweeps over the linear system; fewer are done when one changes less
         /// than 0.1 %.
         gather_sweeps: u32 = 16, in from(1.0).to(1000.0), unit "sweeps";

@@ -1,90 +1,84 @@
-//! Light by need: irradiance at places, small patches of surface that come to be where rays land.
+//! Light by need: irradiance at places, patches of surface that come to be where rays land.
 //!
 //! ```text
-//! B(landing) = ρ(landing) · (E_direct + E_indirect)(place that holds the landing)
-//! size of a place = size · 2^level,   2^level ≈ max(1, reach · t / size),   t: length of the ray
-//! E_indirect(place) = mean over cosine rays of B where they land, π L of the sky elsewhere
+//! B(landing) = ρ(landing) · (E_direct + E_indirect)(part of a place that holds the landing)
+//! size of a place ≈ max(size, reach · t), t: length of the ray; more where few rays land
 //! ```
 //!
-//! A place is a function of its key alone: where its points lie, which rays leave them, and so its
-//! light. Who asks first, on how many threads, from which camera, decides nothing; what was found
-//! is remembered. A key is a shape and a generation:
+//! A need names landings: for views, some 280,000 of rays from what a lattice of pixels sees. They
+//! are gathered into places (`cover`), each on one side of one triangle, or on small triangles that
+//! face one way (`key`); what surfaces divide has a part for each set of points that see each
+//! other. Parts are lit by rays from the points where rays landed (`light`), as many as landings
+//! ask for, and what these rays land on is lit in the next round; sweeps over the links solve for
+//! all of it (`solve`).
 //!
-//! * a piece of a large triangle, found by bisecting its longest edge until none is longer than the
-//!   size (`patch`);
-//! * the surface that faces one way in a cube of space, where triangles are smaller than a place;
-//! * what a place gathers comes from places of the next generation, twice as large and with half
-//!   the rays; beyond [`GENERATIONS`] it comes from paths (`light`).
+//! Reading looks up the place of a landing, from the size that suits it on upwards, and asks by a
+//! ray which part it sees where there are several. A landing that has none is lit by a path of its
+//! own, one shadow ray at each of its points, to the next part (`light`).
 //!
-//! A place that a surface divides, such as a wall that stands on it, is not used as a whole: in the
-//! first generation its halves are, and where these are divided too, each landing is told the light
-//! of those points that its own point sees.
-//!
-//! Guarantees  the same bits for any number of threads and any order of reading. Both sides of a
-//!             sheet, both faces of a slab and all triangles larger than a place are apart by key.
-//! Not         a bound on the error of a place: its light is a mean over at most eight points. Two
-//!             layers that face the same way in one cube share a place where nothing hides one from
-//!             the other.
-//! Cost        some 40 rays and 100 B a place; reading takes one look-up, and the rays of what is
-//!             not known yet. Not cheaper than cells so far where a scene is finely broken: see
-//!             `docs/records/2026-11-places.md`.
+//! Guarantees  the same bits for any number of threads and any order of reading: nothing changes
+//!             between two needs, and what a need adds depends on its landings alone. The cost of a
+//!             need is bounded by its landings, whatever the scene. Both sides of a sheet, both
+//!             faces of a slab and all triangles larger than a place are apart by key.
+//! Not         a bound on the error of a place: its light is a mean over at most eight points.
+//! Cost        some 30 rays a part; reading takes one to eight look-ups and rarely a ray.
 //! Knobs       `proxy.place_size`, `proxy.place_reach`, `proxy.direct_samples`,
 //!             `proxy.gather_rays`.
 
+mod cover;
+mod key;
 mod light;
-mod patch;
+mod need;
+mod solve;
+mod system;
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, RwLock};
 
-use super::{Landing, Piece, PlaceStats, ProxySettings, Reading};
+use glam::Vec3;
+
+use super::{Added, Landing, Need, Piece, PlaceStats, ProxySettings, Reading};
+use crate::error::Result;
+use crate::math::{Ray, offset_origin};
 use crate::radiometry::Rgb;
-use crate::sampling::hash64;
+use crate::run::Run;
 use crate::shading::World;
-use patch::{LIFT, Point, Shape, Walk, sees};
+use key::Grids;
+use light::Rays;
 
-/// Generations of places; the rays of the last are followed as paths.
-const GENERATIONS: u32 = 2;
-/// A divided place is cut down to this part of the size.
-const SMALLEST: f32 = 0.125;
-/// Parts of the memory that are locked apart.
-const SHARDS: usize = 256;
+/// Levels that a landing asks for in turn, relative to the one that suits it.
+const STEPS: [i32; 7] = [0, 1, -1, 2, -2, 3, 4];
+/// Steps up from which a landing is asked whether it sees the only part of a place.
+const FAR_UP: i32 = 2;
 
-/// Which place, of which generation, as seen from which of its points (0: from all).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct Key {
-    shape: Shape,
-    generation: u8,
-    point: u8,
-}
-
-impl Key {
-    fn hash(&self) -> u64 {
-        let of = |h: u64, word: u64| hash64(h ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let h = self.shape.words().into_iter().fold(0x70_6c61_6365, of);
-        of(h, u64::from(self.generation) << 8 | u64::from(self.point))
-    }
-}
-
-/// Irradiance of a place, W·m⁻².
+/// Irradiance of a part, W·m⁻².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Light {
     direct: Rgb,
     indirect: Rgb,
 }
 
-/// What is remembered of a key.
-#[derive(Clone, Debug)]
-enum Known {
-    /// Something stands between its points, or it has none: its parts are to be used.
-    Divided(Arc<[Point]>),
-    /// Its light, and the heights over the middle of a cube between which its points lie.
-    Lit(Light, [f32; 2]),
+impl Light {
+    fn total(self) -> Rgb {
+        self.direct + self.indirect
+    }
 }
 
-/// Hashes of keys are good already.
+/// A set of points of a place that see each other.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    /// One of its points, and the unit geometric normal of the side there.
+    p: Vec3,
+    ng: Vec3,
+    /// Height over the surface at which sight is asked for, scene units.
+    lift: f32,
+    /// Heights over that point between which it lies.
+    heights: [f32; 2],
+    light: Light,
+}
+
+/// Keys are hashes already.
 #[derive(Default)]
 struct Ready(u64);
 
@@ -93,144 +87,111 @@ impl Hasher for Ready {
         self.0
     }
     fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&b| self.write_u64(u64::from(b)));
+        bytes.iter().for_each(|&b| self.0 = self.0 << 8 | u64::from(b));
     }
     fn write_u64(&mut self, word: u64) {
-        self.0 = hash64(self.0 ^ word);
+        self.0 = word;
     }
 }
-
-type Shard = RwLock<HashMap<Key, Known, BuildHasherDefault<Ready>>>;
 
 /// All places that were needed so far.
 #[derive(Debug)]
 pub(super) struct Places {
-    /// Size of the smallest undivided place, scene units.
-    size: f32,
-    /// Size of a place over the length of the ray that landed.
-    reach: f32,
+    grids: Grids,
     direct_samples: u32,
     gather_rays: u32,
     seed: u64,
+    /// First part of a place and their number, by key.
+    index: HashMap<u64, (u32, u32), BuildHasherDefault<Ready>>,
+    parts: Vec<Part>,
+    /// Rays shot by reading: shadow, gather, short.
     rays: [AtomicU64; 3],
-    shards: Vec<Shard>,
 }
 
 impl Places {
-    pub fn new(size: f32, settings: &ProxySettings, seed: u64) -> Self {
+    pub fn new(world: &World, size: f32, settings: &ProxySettings, seed: u64) -> Self {
         Self {
-            size,
-            reach: settings.place_reach,
+            grids: Grids::new(world, size, settings.place_reach),
             direct_samples: settings.direct_samples,
             gather_rays: settings.gather_rays,
             seed,
+            index: HashMap::default(),
+            parts: Vec::new(),
             rays: Default::default(),
-            shards: (0..SHARDS).map(|_| Shard::default()).collect(),
         }
     }
 
-    /// Light where a ray landed.
+    /// Adds light for a need (phase `places`).
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`].
+    pub fn extend(&mut self, world: &World, need: Need<'_>, run: &Run) -> Result<Added> {
+        match need {
+            Need::Landings(landings) => self.need(world, landings, run),
+            Need::Views(views) => {
+                let landings = need::landings(world, views, self.seed, run);
+                self.need(world, &landings, run)
+            }
+        }
+    }
+
+    /// Light where a ray has landed.
     pub fn read(&self, world: &World, landing: &Landing) -> Reading {
-        let (light, key) = self.irradiance(world, landing, 0);
         let albedo = world.geometry.albedo(landing.triangle, landing.u, landing.v);
-        let number = (key.hash() >> 40) as u32;
-        Reading {
-            radiosity: albedo * (light.direct + light.indirect),
-            indirect: light.indirect,
-            piece: Piece(number),
-        }
+        let (light, part) = match self.find(world, landing) {
+            Some(part) => (self.parts[part as usize].light, part),
+            None => (self.alone(world, landing), u32::MAX),
+        };
+        Reading { radiosity: albedo * light.total(), indirect: light.indirect, piece: Piece(part) }
     }
 
-    /// Size of the place for a landing: between two powers the landing itself decides, so that no
-    /// seam shows where sizes change.
-    fn size_for(&self, landing: &Landing, generation: u32) -> f32 {
-        let least = self.size * (generation as f32).exp2();
-        let wanted = (self.reach * landing.reach / least).max(1.0);
-        if wanted.is_nan() || wanted == 1.0 {
-            return least;
-        }
-        let bits = u64::from(landing.u.to_bits()) << 32 | u64::from(landing.v.to_bits());
-        let dither = (hash64(bits ^ u64::from(landing.triangle)) >> 40) as f32 / 16_777_216.0;
-        least * (wanted.log2() + dither).floor().clamp(0.0, 24.0).exp2()
-    }
-
-    fn irradiance(&self, world: &World, landing: &Landing, generation: u32) -> (Light, Key) {
-        let mut size = self.size_for(landing, generation);
-        let mut walk = Walk::new(world, landing, self.smallest());
-        let least = if generation == 0 { 0.5 * self.size } else { f32::INFINITY };
-        loop {
-            let shape = walk.shape(size);
-            let key = Key { shape, generation: generation as u8, point: 0 };
-            match self.known(world, key) {
-                Known::Lit(light, heights) if walk.within(shape, heights) => return (light, key),
-                Known::Divided(points) if size <= least => {
-                    if let Some(point) = self.first_seen(world, &walk, &points) {
-                        return self.seen_from(world, key, point);
-                    }
-                }
-                _ => {}
+    /// The part that holds a landing.
+    fn find(&self, world: &World, landing: &Landing) -> Option<u32> {
+        let spot = self.grids.spot(world, landing);
+        let level = self.grids.level(landing);
+        for step in STEPS {
+            let key = self.grids.key(&spot, level + step);
+            let Some(&(first, count)) = self.index.get(&key) else { continue };
+            let parts = first..first + count;
+            let inside = |&i: &u32| {
+                let part = &self.parts[i as usize];
+                let height = (landing.p - part.p).dot(part.ng);
+                height >= part.heights[0] && height <= part.heights[1]
+            };
+            let mut inside = parts.filter(inside);
+            if count == 1 && step < FAR_UP {
+                return inside.next();
             }
-            if size <= self.smallest() {
-                return self.alone(world, &walk, generation);
-            }
-            size *= 0.5;
+            return inside.find(|&i| {
+                self.rays[2].fetch_add(1, Ordering::Relaxed);
+                self.sees(world, landing.p, spot.normal, i)
+            });
         }
+        None
     }
 
-    /// The first point of a divided place that a landing sees.
-    fn first_seen(&self, world: &World, walk: &Walk, points: &[Point]) -> Option<usize> {
-        let lift = LIFT * self.smallest();
-        points.iter().position(|to| sees(world, walk.at(), (to.p, to.ng), lift))
+    fn sees(&self, world: &World, p: Vec3, ng: Vec3, part: u32) -> bool {
+        let part = &self.parts[part as usize];
+        let lifted = |p: Vec3, n: Vec3| offset_origin(p, n, world.diagonal) + n * part.lift;
+        !world.rays.occluded(&Ray::segment(lifted(p, ng), lifted(part.p, part.ng)))
     }
 
-    /// The light of the points that one point of a divided place sees.
-    fn seen_from(&self, world: &World, key: Key, point: usize) -> (Light, Key) {
-        let key = Key { point: point as u8 + 1, ..key };
-        match self.known(world, key) {
-            Known::Lit(light, _) => (light, key),
-            Known::Divided(_) => (Light::default(), key),
+    /// Light of a landing that no part holds.
+    fn alone(&self, world: &World, landing: &Landing) -> Light {
+        let mut rays = Rays::default();
+        let (mut light, link) = self.walk(world, landing, &mut rays);
+        self.rays[0].fetch_add(rays.shadow, Ordering::Relaxed);
+        self.rays[1].fetch_add(rays.gather, Ordering::Relaxed);
+        if let Some(part) = self.parts.get(link.to as usize) {
+            light.indirect += link.weight * part.light.total();
         }
+        light
     }
 
-    /// The light of a landing that no place of the smallest size holds: that of its triangle.
-    fn alone(&self, world: &World, walk: &Walk, generation: u32) -> (Light, Key) {
-        let key = Key { shape: walk.triangle(), generation: generation as u8, point: 0 };
-        match self.known(world, key) {
-            Known::Lit(light, _) => (light, key),
-            Known::Divided(points) => match self.first_seen(world, walk, &points) {
-                Some(point) => self.seen_from(world, key, point),
-                None => (Light::default(), key),
-            },
-        }
-    }
-
-    fn known(&self, world: &World, key: Key) -> Known {
-        let shard = &self.shards[(key.hash() >> 56) as usize % SHARDS];
-        if let Some(known) = shard.read().ok().and_then(|map| map.get(&key).cloned()) {
-            return known;
-        }
-        let (known, rays) = self.find(world, key);
-        if let Ok(mut map) = shard.write()
-            && map.insert(key, known.clone()).is_none()
-        {
-            let shot = [rays.shadow, rays.gather, rays.short];
-            for (count, rays) in self.rays.iter().zip(shot) {
-                count.fetch_add(rays, Ordering::Relaxed);
-            }
-        }
-        known
-    }
-
-    /// Size of the parts that are not divided further.
-    fn smallest(&self) -> f32 {
-        self.size * SMALLEST
-    }
-
-    /// Places of all generations and rays shot for them so far.
+    /// Places, and what reading them took so far.
     pub fn stats(&self) -> PlaceStats {
         let [shadow_rays, gather_rays, short_rays] =
             [0, 1, 2].map(|i| self.rays[i].load(Ordering::Relaxed));
-        let places = self.shards.iter().map(|s| s.read().map_or(0, |map| map.len())).sum();
-        PlaceStats { places, shadow_rays, gather_rays, short_rays }
+        PlaceStats { places: self.index.len(), shadow_rays, gather_rays, short_rays }
     }
 }

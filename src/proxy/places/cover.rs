@@ -1,0 +1,125 @@
+//! Landings become places, and places parts: sets of points that see each other.
+//!
+//! All landings with the key of the size that suits them make a place; at most [`MEMBERS`] of them
+//! become its points. A place that something divides has a part for each of the sets that see each
+//! other: the first point left leads, and takes along all that it sees.
+
+use rayon::prelude::*;
+
+use super::{Light, Part, Places};
+use crate::math::{Ray, offset_origin};
+use crate::proxy::Landing;
+use crate::sampling::hash64;
+use crate::shading::World;
+
+/// Points of a place, at most.
+const MEMBERS: usize = 8;
+/// Height over the surface, in sizes, at which points are asked whether they see each other: on
+/// places of one triangle, and on shared ones, where surfaces may bend.
+const LIFT: [f32; 2] = [0.02, 0.06];
+/// What a shared place holds beyond its outermost points, in sizes, along its normal.
+const SLACK: f32 = 0.1;
+/// Levels from a place up to its neighbourhood.
+const AROUND: i32 = 5;
+
+/// A point of a place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    pub p: glam::Vec3,
+    /// Unit geometric normal of the side.
+    pub ng: glam::Vec3,
+    /// Unit shading normal of the side.
+    pub ns: glam::Vec3,
+}
+
+impl Point {
+    pub fn new(world: &World, landing: &Landing) -> Self {
+        let s = world.geometry.surface(landing.triangle, landing.u, landing.v);
+        let sign = landing.side.sign();
+        Self { p: s.p, ng: s.ng * sign, ns: s.ns * sign }
+    }
+}
+
+/// A part that is to be lit.
+#[derive(Debug)]
+pub(super) struct NewPart {
+    /// Keys its random numbers.
+    pub element: u64,
+    pub points: Vec<Point>,
+    /// Landings it stands for.
+    pub landings: u32,
+    /// The same for all parts of its neighbourhood.
+    pub around: u64,
+}
+
+/// A landing by key: `(key, index, level)`.
+type Keyed = (u64, u32, i32);
+
+impl Places {
+    /// Adds the places of `landings`, without light. Returns their parts in the order that they
+    /// have at the end of [`Places::parts`], and the short rays shot. Where a place is there
+    /// already and none of its parts sees a landing, the landing adds nothing.
+    pub(super) fn cover(&mut self, world: &World, landings: &[Landing]) -> (Vec<NewPart>, u64) {
+        let key = |(i, landing): (usize, &Landing)| {
+            let level = self.grids.level(landing);
+            (self.grids.key(&self.grids.spot(world, landing), level), i as u32, level)
+        };
+        let mut keyed: Vec<Keyed> = landings.par_iter().enumerate().map(key).collect();
+        keyed.par_sort_unstable();
+        let places: Vec<&[Keyed]> = keyed
+            .chunk_by(|a, b| a.0 == b.0)
+            .filter(|place| !self.index.contains_key(&place[0].0))
+            .collect();
+        let divided: Vec<Vec<(Part, NewPart)>> =
+            places.par_iter().map(|place| self.divide(world, landings, place)).collect();
+        let (mut out, mut rays) = (Vec::new(), 0);
+        self.index.reserve(places.len());
+        for (place, parts) in places.iter().zip(divided) {
+            self.index.insert(place[0].0, (self.parts.len() as u32, parts.len() as u32));
+            for (i, (part, new)) in parts.into_iter().enumerate() {
+                // A point was asked for by the leader of its part and those of the parts before.
+                rays += (new.points.len() * (i + 1)) as u64 - 1;
+                self.parts.push(part);
+                out.push(new);
+            }
+        }
+        (out, rays)
+    }
+
+    /// The parts of a place.
+    fn divide(&self, world: &World, landings: &[Landing], place: &[Keyed]) -> Vec<(Part, NewPart)> {
+        let (key, first, level) = place[0];
+        let count = place.len().min(MEMBERS);
+        let spot = self.grids.spot(world, &landings[first as usize]);
+        let around = self.grids.key(&spot, level + AROUND);
+        let shared = self.grids.is_shared(&spot, level);
+        let size = self.grids.size_at(level);
+        let lift = LIFT[usize::from(shared)] * size;
+        let mut left: Vec<Point> = (0..count)
+            .map(|i| place[i * place.len() / count].1)
+            .map(|landing| Point::new(world, &landings[landing as usize]))
+            .collect();
+        let mut parts = Vec::new();
+        while let Some((&leader, others)) = left.split_first() {
+            let (seen, hidden): (Vec<Point>, Vec<Point>) =
+                others.iter().partition(|o| sees(world, &leader, o, lift));
+            let points: Vec<Point> = std::iter::once(leader).chain(seen).collect();
+            let heights = points.iter().map(|o| (o.p - leader.p).dot(leader.ng));
+            let (low, high) = heights.fold((0.0f32, 0.0f32), |(l, h), x| (l.min(x), h.max(x)));
+            let slack = if shared { SLACK * size } else { f32::INFINITY };
+            let heights = [low - slack, high + slack];
+            let part = Part { p: leader.p, ng: leader.ng, lift, heights, light: Light::default() };
+            let landings = (place.len() * points.len()).div_ceil(count) as u32;
+            let element = hash64(key ^ parts.len() as u64);
+            parts.push((part, NewPart { element, points, landings, around }));
+            left = hidden;
+        }
+        parts
+    }
+}
+
+/// Whether one lifted point sees another.
+fn sees(world: &World, from: &Point, to: &Point, lift: f32) -> bool {
+    let lifted = |at: &Point| offset_origin(at.p, at.ng, world.diagonal) + at.ng * lift;
+    !world.rays.occluded(&Ray::segment(lifted(from), lifted(to)))
+}

@@ -1,0 +1,115 @@
+//! Which place a landing belongs to, at every size.
+//!
+//! Sizes are `size · 2^level`. A triangle with an edge of at least that size has places of its own:
+//! one for each side and each square of a grid over the axes that its plane leans to. Smaller
+//! triangles share the cubes of a grid, one place for each way of facing. A key is a hash of 64 bits
+//! of all that: among a million places two collide with a chance of one in thirty million.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::proxy::Landing;
+use crate::sampling::hash64;
+use crate::shading::World;
+use crate::tessellate::Side;
+
+/// Grids are moved aside, for walls like to lie at round coordinates.
+const ASIDE: Vec3 = Vec3::new(0.37, 0.41, 0.29);
+/// Levels are kept within these.
+const LEVELS: [i32; 2] = [-60, 60];
+/// Ways of facing along each axis, from −2 to 2.
+const WAYS: u64 = 5;
+
+/// The grids of a scene.
+#[derive(Debug)]
+pub(super) struct Grids {
+    /// Size of level 0, scene units.
+    size: f32,
+    /// Size of a place over the length of the ray that landed.
+    reach: f32,
+    /// The highest level at which a triangle has places of its own.
+    own_up_to: Vec<i8>,
+}
+
+/// A landing with what its keys are made of.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    p: Vec3,
+    /// Unit geometric normal of the side.
+    pub normal: Vec3,
+    triangle: u32,
+    side: Side,
+    own_up_to: i32,
+}
+
+/// Largest whole power of two that is not above a positive number.
+fn exponent(x: f32) -> i32 {
+    ((x.to_bits() >> 23) as i32 - 127).clamp(LEVELS[0], LEVELS[1])
+}
+
+fn power_of_two(exponent: i32) -> f32 {
+    f32::from_bits(((exponent.clamp(LEVELS[0], LEVELS[1]) + 127) as u32) << 23)
+}
+
+impl Grids {
+    pub fn new(world: &World, size: f32, reach: f32) -> Self {
+        let geometry = &world.geometry;
+        let longest = |triangle: u32| {
+            let [a, b, c] = geometry.corners(triangle);
+            a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a)).sqrt()
+        };
+        let own_up_to = (0..geometry.triangles.len() as u32)
+            .into_par_iter()
+            .map(|t| exponent(longest(t) / size) as i8)
+            .collect();
+        Self { size, reach, own_up_to }
+    }
+
+    pub fn spot(&self, world: &World, landing: &Landing) -> Spot {
+        let Landing { p, triangle, side, .. } = *landing;
+        let normal = world.geometry.face_normals[triangle as usize] * side.sign();
+        let own_up_to = i32::from(self.own_up_to[triangle as usize]);
+        Spot { p, normal, triangle, side, own_up_to }
+    }
+
+    /// The level that suits a landing. Between two levels the landing itself decides, so that no
+    /// seam shows where sizes change.
+    pub fn level(&self, landing: &Landing) -> i32 {
+        let bits = u64::from(landing.u.to_bits()) << 32 | u64::from(landing.v.to_bits());
+        let dither = (hash64(bits ^ u64::from(landing.triangle)) >> 40) as f32 / 16_777_216.0;
+        let wanted = self.reach * landing.reach / self.size * (1.0 + dither);
+        if wanted > 1.0 { exponent(wanted) } else { 0 }
+    }
+
+    pub fn size_at(&self, level: i32) -> f32 {
+        self.size * power_of_two(level)
+    }
+
+    /// Whether places of this level are shared by the triangles around.
+    pub fn is_shared(&self, spot: &Spot, level: i32) -> bool {
+        level > spot.own_up_to
+    }
+
+    pub fn key(&self, spot: &Spot, level: i32) -> u64 {
+        let at = (spot.p / self.size_at(level) + ASIDE).floor().as_i64vec3();
+        let pair = |a: i64, b: i64| (a as u64 & 0xffff_ffff) | (b as u64) << 32;
+        let hash = |what: u64, place: u64| hash64(hash64(what).wrapping_add(place));
+        let level_bits = u64::from(level as u8) << 48;
+        if self.is_shared(spot, level) {
+            let facing = ((spot.normal * 2.0).round().as_i64vec3() + 2).as_u64vec3();
+            let facing = (facing.x * WAYS + facing.y) * WAYS + facing.z;
+            let what = facing << 56 | level_bits | (at.z as u64 & 0xffff_ffff);
+            return hash(what, pair(at.x, at.y));
+        }
+        let n = spot.normal.abs();
+        let (a, b) = if n.x >= n.y && n.x >= n.z {
+            (at.y, at.z)
+        } else if n.y >= n.z {
+            (at.z, at.x)
+        } else {
+            (at.x, at.y)
+        };
+        let what = u64::MAX << 56 | level_bits | u64::from(spot.triangle) << 1 | spot.side as u64;
+        hash(what, pair(a, b))
+    }
+}

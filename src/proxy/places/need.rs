@@ -1,0 +1,71 @@
+//! Where light is asked for by views: what lattices of their pixels see, and what lies around there.
+
+use glam::Vec2;
+use rayon::prelude::*;
+
+use crate::math::{Frame, Ray, offset_origin};
+use crate::proxy::Landing;
+use crate::run::{RayKind, Run};
+use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere};
+use crate::scene::Camera;
+use crate::shading::World;
+
+/// Pixels that are looked through, about, whatever the size of the picture.
+const PIXELS: f32 = 16_384.0;
+/// Cosine rays from what each of them sees.
+const RAYS: u32 = 16;
+
+/// Landings around what `views` see; many views share √views times the pixels of one.
+pub(super) fn landings(world: &World, views: &[Camera], seed: u64, run: &Run) -> Vec<Landing> {
+    let pixels = PIXELS / (views.len() as f32).sqrt();
+    let look = |(i, view)| self::look(world, view, pixels, (i, seed), run);
+    (0..).zip(views).flat_map(look).collect()
+}
+
+fn look(
+    world: &World,
+    camera: &Camera,
+    pixels: f32,
+    (number, seed): (u64, u64),
+    run: &Run,
+) -> Vec<Landing> {
+    let (width, height) = (camera.width as f32, camera.height as f32);
+    let columns = (pixels * width / height).sqrt().ceil().max(1.0) as u32;
+    let rows = (pixels * height / width).sqrt().ceil().max(1.0) as u32;
+    let geometry = &world.geometry;
+    let land = |ray: Ray, out: &mut Vec<Landing>| {
+        let hit = world.rays.closest(&ray)?;
+        let landing = Landing::new(world, &ray, &hit);
+        if geometry.albedo(hit.triangle, hit.u, hit.v).max_element() > 0.0 {
+            out.push(landing);
+        }
+        Some(landing)
+    };
+    let row = |j: u32| {
+        let (mut out, mut rays) = (Vec::new(), 0);
+        for i in 0..columns {
+            let sobol =
+                Sobol::new(seed, Stream::Link, number << 41 | 1 << 40 | u64::from(j * columns + i));
+            let at = (Vec2::new(i as f32, j as f32) + sobol.sample_2d(0, 1))
+                / Vec2::new(columns as f32, rows as f32);
+            let pixel = at * Vec2::new(width, height);
+            rays += 1;
+            let seen = land(Ray::new(camera.eye, camera.direction(pixel)), &mut out);
+            let Some(seen) = seen else { continue };
+            let s = geometry.surface(seen.triangle, seen.u, seen.v);
+            let (ng, ns) = (s.ng * seen.side.sign(), s.ns * seen.side.sign());
+            for r in 0..RAYS {
+                let wi = Frame::from_normal(ns)
+                    .world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 0)));
+                if wi.dot(ng) > 0.0 {
+                    rays += 1;
+                    land(Ray::new(offset_origin(s.p, ng, world.diagonal), wi), &mut out);
+                }
+            }
+        }
+        run.rays.add(RayKind::Sample, rays);
+        out
+    };
+    let rows: Vec<Vec<Landing>> = run.install(|| (0..rows).into_par_iter().map(row).collect());
+    rows.into_iter().flatten().collect()
+}

@@ -1,0 +1,136 @@
+//! Light where it is needed: rounds of places, then more rays where light is noisy.
+//!
+//! The landings of round 1 are asked for; those of the next are where the gather rays of the round
+//! before landed without a place. What the last round leaves open is followed by paths to a part or
+//! to their end, so no energy is dropped. The first solution tells where samples scatter; there
+//! further rays are shot, and the system is solved again. Parts of earlier needs stay as they are
+//! and light the new ones.
+//!
+//! Of `gather_rays` n, a part has n/4 at first, or as many as landings up to n, half as many in each
+//! further round; at the end up to 4 n by how much it is needed and how noisy it is.
+
+use rayon::prelude::*;
+
+use super::Places;
+use super::cover::NewPart;
+use super::light::{Gathered, Link, Rays};
+use super::system::{Open, System};
+use crate::error::Result;
+use crate::proxy::{Added, Landing};
+use crate::radiometry::Rgb;
+use crate::run::{RayKind, Run};
+use crate::shading::World;
+
+/// Rounds of places.
+const ROUNDS: u32 = 3;
+/// Parts that are lit at a time.
+const BLOCK: usize = 64;
+
+impl Places {
+    /// Adds light for `landings` (phase `places`).
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`].
+    pub(super) fn need(&mut self, world: &World, landings: &[Landing], run: &Run) -> Result<Added> {
+        let phase = run.phase("places", u64::from(ROUNDS) + 2);
+        let from = self.parts.len();
+        let (mut system, mut new) = (System::default(), Vec::new());
+        let unknown = |l: &&Landing| self.find(world, l).is_none();
+        let unknown = run.install(|| landings.par_iter().filter(unknown).copied().collect());
+        let mut open = Open::asked(unknown);
+        phase.advance(1);
+        for round in 0..ROUNDS {
+            let (more, short) = run.install(|| self.cover(world, &open.landings));
+            run.rays.add(RayKind::Shadow, short);
+            self.close(world, &open, &mut system, run);
+            self.shine(world, &more, round, run)?;
+            let fewest = self.gather_rays.div_ceil(4);
+            let most = (self.gather_rays >> round).max(fewest);
+            open = Open::default();
+            let count = |_: usize, part: &NewPart| 0..part.landings.clamp(fewest, most);
+            self.shoot(world, &more, count, run)?
+                .into_iter()
+                .for_each(|f| system.push(f, &mut open));
+            new.extend(more);
+            phase.advance(1);
+        }
+        self.close(world, &open, &mut system, run);
+        let mut swept = system.sweep(&mut self.parts, run)?;
+        let n = self.gather_rays as f32;
+        let wanted = system.wanted(&self.parts, &new, n / 4.0);
+        let further = |i: usize, _: &NewPart| {
+            system.rays[i]..(wanted[i].min(4.0 * n) as u32).max(system.rays[i])
+        };
+        let (found, mut more) = (self.shoot(world, &new, further, run)?, System::default());
+        open = Open::default();
+        found.into_iter().for_each(|f| more.push(f, &mut open));
+        self.close(world, &open, &mut more, run);
+        system = system.join(&more);
+        swept.sweeps += {
+            let again = system.sweep(&mut self.parts, run)?;
+            swept.residual = again.residual;
+            again.sweeps
+        };
+        phase.advance(1);
+        let sides = self.parts.len() - from;
+        Ok(Added { sides, sweeps: swept.sweeps, residual: swept.residual })
+    }
+
+    /// Direct light of new parts, which are the last.
+    fn shine(&mut self, world: &World, new: &[NewPart], round: u32, run: &Run) -> Result<()> {
+        let most = (self.direct_samples >> round).max(self.direct_samples.min(4));
+        let direct = |part: &NewPart| match run.cancelled() {
+            true => (Rgb::ZERO, 0),
+            false => self.direct(world, part, most),
+        };
+        let found: Vec<(Rgb, u64)> =
+            run.install(|| new.par_iter().with_min_len(BLOCK).map(direct).collect());
+        run.check()?;
+        let start = self.parts.len() - new.len();
+        for (part, &(direct, _)) in self.parts[start..].iter_mut().zip(&found) {
+            part.light.direct = direct;
+        }
+        run.rays.add(RayKind::Shadow, found.iter().map(|f| f.1).sum());
+        Ok(())
+    }
+
+    /// Gather rays of parts, of each those that `which` tells.
+    fn shoot(
+        &self,
+        world: &World,
+        parts: &[NewPart],
+        which: impl Fn(usize, &NewPart) -> std::ops::Range<u32> + Sync,
+        run: &Run,
+    ) -> Result<Vec<Gathered>> {
+        let gather = |(i, part): (usize, &NewPart)| match run.cancelled() {
+            true => Gathered::default(),
+            false => self.gather(world, part, which(i, part)),
+        };
+        let found: Vec<Gathered> =
+            run.install(|| parts.par_iter().enumerate().with_min_len(BLOCK).map(gather).collect());
+        run.check()?;
+        run.rays.add(RayKind::Sample, found.iter().map(|f| f.rays).sum());
+        Ok(found)
+    }
+
+    /// Ends open links: each at the part of its landing, or by a path.
+    fn close(&self, world: &World, open: &Open, system: &mut System, run: &Run) {
+        let end = |landing: &Landing| {
+            let mut rays = Rays::default();
+            let end = match self.find(world, landing) {
+                Some(to) => (Default::default(), Link { to, weight: Rgb::ONE }),
+                None => self.walk(world, landing, &mut rays),
+            };
+            (end, rays)
+        };
+        let ends: Vec<_> = run.install(|| {
+            let landings = &open.landings[..open.len()];
+            landings.par_iter().with_min_len(BLOCK).map(end).collect()
+        });
+        let mut rays = Rays::default();
+        ends.iter().for_each(|&(_, shot)| rays += shot);
+        run.rays.add(RayKind::Sample, rays.gather);
+        run.rays.add(RayKind::Shadow, rays.shadow);
+        system.close(open, ends.into_iter().map(|(end, _)| end));
+    }
+}
