@@ -49,7 +49,7 @@ section! {
         place_size: Option<Length> = None, follows "0.4 decompose.near_cell", in above(0.0);
         /// `places` only: size of a place over the length of the ray that landed there, where that
         /// is more than `place_size`.
-        place_reach: f32 = 0.07, in from(0.0).to(1.0);
+        place_reach: f32 = 0.05, in from(0.0).to(1.0);
         /// `gather` only: most sweeps over the linear system; fewer are done when one changes less
         /// than 0.1 %.
         gather_sweeps: u32 = 16, in from(1.0).to(1000.0), unit "sweeps";

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::{Light, Part, Places};
+use super::{Light, Part, Place, Places};
 use crate::math::{Ray, offset_origin};
 use crate::proxy::Landing;
 use crate::sampling::hash64;
@@ -75,11 +75,14 @@ impl Places {
         let (mut out, mut rays) = (Vec::new(), 0);
         self.index.reserve(places.len());
         for (place, parts) in places.iter().zip(divided) {
-            self.index.insert(place[0].0, (self.parts.len() as u32, parts.len() as u32));
+            let whole = matches!(&parts[..], [(part, _)] if part.heights[1] == f32::INFINITY);
+            let (first, count) = (self.parts.len() as u32, parts.len() as u16);
+            self.index.insert(place[0].0, Place { first, parts: count, whole });
             for (i, (part, new)) in parts.into_iter().enumerate() {
                 // A point was asked for by the leader of its part and those of the parts before.
                 rays += (new.points.len() * (i + 1)) as u64 - 1;
                 self.parts.push(part);
+                self.lights.push(Light::default());
                 out.push(new);
             }
         }
@@ -108,7 +111,7 @@ impl Places {
             let (low, high) = heights.fold((0.0f32, 0.0f32), |(l, h), x| (l.min(x), h.max(x)));
             let slack = if shared { SLACK * size } else { f32::INFINITY };
             let heights = [low - slack, high + slack];
-            let part = Part { p: leader.p, ng: leader.ng, lift, heights, light: Light::default() };
+            let part = Part { p: leader.p, ng: leader.ng, lift, heights };
             let landings = (place.len() * points.len()).div_ceil(count) as u32;
             let element = hash64(key ^ parts.len() as u64);
             parts.push((part, NewPart { element, points, landings, around }));

@@ -75,7 +75,17 @@ struct Part {
     lift: f32,
     /// Heights over that point between which it lies.
     heights: [f32; 2],
-    light: Light,
+}
+
+/// A place.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// Its first part.
+    first: u32,
+    /// Number of parts.
+    parts: u16,
+    /// One part, which holds all landings with the key.
+    whole: bool,
 }
 
 /// Keys are hashes already.
@@ -101,9 +111,11 @@ pub(super) struct Places {
     direct_samples: u32,
     gather_rays: u32,
     seed: u64,
-    /// First part of a place and their number, by key.
-    index: HashMap<u64, (u32, u32), BuildHasherDefault<Ready>>,
+    /// By key.
+    index: HashMap<u64, Place, BuildHasherDefault<Ready>>,
     parts: Vec<Part>,
+    /// Of each part.
+    lights: Vec<Light>,
     /// Rays shot by reading: shadow, gather, short.
     rays: [AtomicU64; 3],
 }
@@ -117,6 +129,7 @@ impl Places {
             seed,
             index: HashMap::default(),
             parts: Vec::new(),
+            lights: Vec::new(),
             rays: Default::default(),
         }
     }
@@ -138,8 +151,11 @@ impl Places {
     /// Light where a ray has landed.
     pub fn read(&self, world: &World, landing: &Landing) -> Reading {
         let albedo = world.geometry.albedo(landing.triangle, landing.u, landing.v);
+        if albedo == Rgb::ZERO {
+            return Reading { radiosity: Rgb::ZERO, indirect: Rgb::ZERO, piece: Piece(u32::MAX) };
+        }
         let (light, part) = match self.find(world, landing) {
-            Some(part) => (self.parts[part as usize].light, part),
+            Some(part) => (self.lights[part as usize], part),
             None => (self.alone(world, landing), u32::MAX),
         };
         Reading { radiosity: albedo * light.total(), indirect: light.indirect, piece: Piece(part) }
@@ -151,15 +167,18 @@ impl Places {
         let level = self.grids.level(landing);
         for step in STEPS {
             let key = self.grids.key(&spot, level + step);
-            let Some(&(first, count)) = self.index.get(&key) else { continue };
-            let parts = first..first + count;
+            let Some(&place) = self.index.get(&key) else { continue };
+            if place.whole && step < FAR_UP {
+                return Some(place.first);
+            }
             let inside = |&i: &u32| {
                 let part = &self.parts[i as usize];
                 let height = (landing.p - part.p).dot(part.ng);
                 height >= part.heights[0] && height <= part.heights[1]
             };
+            let parts = place.first..place.first + u32::from(place.parts);
             let mut inside = parts.filter(inside);
-            if count == 1 && step < FAR_UP {
+            if place.parts == 1 && step < FAR_UP {
                 return inside.next();
             }
             return inside.find(|&i| {
@@ -182,8 +201,8 @@ impl Places {
         let (mut light, link) = self.walk(world, landing, &mut rays);
         self.rays[0].fetch_add(rays.shadow, Ordering::Relaxed);
         self.rays[1].fetch_add(rays.gather, Ordering::Relaxed);
-        if let Some(part) = self.parts.get(link.to as usize) {
-            light.indirect += link.weight * part.light.total();
+        if let Some(at_end) = self.lights.get(link.to as usize) {
+            light.indirect += link.weight * at_end.total();
         }
         light
     }

@@ -55,9 +55,9 @@ impl Places {
             phase.advance(1);
         }
         self.close(world, &open, &mut system, run);
-        let mut swept = system.sweep(&mut self.parts, run)?;
+        let mut swept = system.sweep(&mut self.lights, run)?;
         let n = self.gather_rays as f32;
-        let wanted = system.wanted(&self.parts, &new, n / 4.0);
+        let wanted = system.wanted(&self.lights, &new, n / 4.0);
         let further = |i: usize, _: &NewPart| {
             system.rays[i]..(wanted[i].min(4.0 * n) as u32).max(system.rays[i])
         };
@@ -67,7 +67,7 @@ impl Places {
         self.close(world, &open, &mut more, run);
         system = system.join(&more);
         swept.sweeps += {
-            let again = system.sweep(&mut self.parts, run)?;
+            let again = system.sweep(&mut self.lights, run)?;
             swept.residual = again.residual;
             again.sweeps
         };
@@ -87,8 +87,8 @@ impl Places {
             run.install(|| new.par_iter().with_min_len(BLOCK).map(direct).collect());
         run.check()?;
         let start = self.parts.len() - new.len();
-        for (part, &(direct, _)) in self.parts[start..].iter_mut().zip(&found) {
-            part.light.direct = direct;
+        for (light, &(direct, _)) in self.lights[start..].iter_mut().zip(&found) {
+            light.direct = direct;
         }
         run.rays.add(RayKind::Shadow, found.iter().map(|f| f.1).sum());
         Ok(())

@@ -11,9 +11,9 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use super::Light;
 use super::cover::NewPart;
 use super::light::{Gathered, Link};
-use super::{Light, Part};
 use crate::error::Result;
 use crate::proxy::Landing;
 use crate::radiometry::{Rgb, luminance};
@@ -130,9 +130,9 @@ impl System {
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
-    pub fn sweep(&self, parts: &mut [Part], run: &Run) -> Result<Swept> {
-        let from = parts.len() - self.known.len();
-        let mut total: Vec<Rgb> = parts.iter().map(|p| p.light.total()).collect();
+    pub fn sweep(&self, lights: &mut [Light], run: &Run) -> Result<Swept> {
+        let from = lights.len() - self.known.len();
+        let mut total: Vec<Rgb> = lights.iter().map(|l| l.total()).collect();
         let mut swept = Swept::default();
         while swept.sweeps < SWEEPS {
             run.check()?;
@@ -145,7 +145,7 @@ impl System {
             });
             let (mut change, mut whole) = (0.0f64, 0.0f64);
             for (i, e) in irradiance.into_iter().enumerate() {
-                let light = &mut parts[from + i].light;
+                let light = &mut lights[from + i];
                 change += f64::from(luminance((e - light.indirect).abs()));
                 whole += f64::from(luminance(e));
                 light.indirect = e;
@@ -164,12 +164,12 @@ impl System {
     /// standard deviation of the samples around the part, its own left out. So a part does not
     /// decide for itself when to stop: one that met a bright patch by luck would be corrected and
     /// one that missed it would not, and all would come out too dark.
-    pub fn wanted(&self, parts: &[Part], new: &[NewPart], scale: f32) -> Vec<f32> {
-        let from = parts.len() - self.known.len();
+    pub fn wanted(&self, lights: &[Light], new: &[NewPart], scale: f32) -> Vec<f32> {
+        let from = lights.len() - self.known.len();
         let own = |i: usize| {
-            let indirect = f64::from(luminance(parts[from + i].light.indirect));
+            let indirect = f64::from(luminance(lights[from + i].indirect));
             let square = |l: &Link| {
-                let x = luminance(l.weight * parts[l.to as usize].light.total());
+                let x = luminance(l.weight * lights[l.to as usize].total());
                 f64::from(x) * f64::from(x)
             };
             let squares = self.links_of(i).iter().map(square).sum::<f64>();
@@ -179,10 +179,10 @@ impl System {
         let own: Vec<Moments> = (0..new.len()).into_par_iter().map(own).collect();
         let mut around: HashMap<u64, Moments> = HashMap::new();
         let (mut whole, mut landings) = (0.0, 0.0);
-        for ((new, &m), part) in new.iter().zip(&own).zip(&parts[from..]) {
+        for ((new, &m), light) in new.iter().zip(&own).zip(&lights[from..]) {
             let sum = around.entry(new.around).or_default();
             *sum = sum.plus(m, 1.0);
-            whole += new.landings as f32 * luminance(part.light.indirect);
+            whole += new.landings as f32 * luminance(light.indirect);
             landings += new.landings as f32;
         }
         let darkest = DARKEST * whole / f32::max(landings, 1.0);
