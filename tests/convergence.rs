@@ -79,7 +79,7 @@ fn error_falls_with_rays_photons_and_clusters_and_alpha_has_a_minimum() {
     let photons = [300, 3000, 30_000].map(|count| {
         bench.error(
             &settings(),
-            &ProxySettings { photons: count, estimate: Estimate::Cells, ..photon.clone() },
+            &ProxySettings { photons: count, estimate: Some(Estimate::Cells), ..photon.clone() },
         )
     });
     falls("photons 300, 3000, 30000", &photons, 0.7);

@@ -1,11 +1,12 @@
-//! `proxy.estimate = "places"`: integrating sphere, threads, leaks, and the program with it.
+//! Light by need: integrating sphere, energy, threads, leaks, what a second need adds, cost.
 
 use glam::Vec3;
 use nearfar::accel::Backend;
+use nearfar::length::Length;
 use nearfar::math::Ray;
-use nearfar::proxy::{Estimate, Landing, Need, Proxy, ProxyInputs, ProxySettings};
+use nearfar::proxy::{Estimate, Landing, Need, Proxy, ProxyInputs, ProxySettings, SavedProxy};
 use nearfar::radiometry::Rgb;
-use nearfar::run::Run;
+use nearfar::run::{RayKind, Run};
 use nearfar::sampling::{Rng, Stream, sample_uniform_hemisphere};
 use nearfar::scene::{Light, Material, Mesh, Scene, Sides};
 use nearfar::shading::World;
@@ -17,7 +18,7 @@ use crate::support::{program, temporary};
 const LAMP: Light = Light::Point { position: Vec3::new(0.5, 0.5, 1.8), intensity: Rgb::ONE };
 
 fn places() -> ProxySettings {
-    ProxySettings { estimate: Estimate::Places, ..ProxySettings::default() }
+    ProxySettings { estimate: Some(Estimate::Places), ..ProxySettings::default() }
 }
 
 fn world(meshes: Vec<Mesh>, materials: Vec<Material>, lights: Vec<Light>) -> World {
@@ -25,14 +26,19 @@ fn world(meshes: Vec<Mesh>, materials: Vec<Material>, lights: Vec<Light>) -> Wor
     World::new(&scene, Backend::Bvh, &Run::new(2).unwrap()).unwrap()
 }
 
-fn proxy(world: &World, size: f32, settings: &ProxySettings) -> Proxy {
-    let inputs = ProxyInputs { near_cell: size, settings, seed: 7 };
-    Proxy::new(world, inputs, Need::Landings(&[]), &Run::new(1).unwrap()).unwrap()
+/// A proxy for what a few landings need, made on some threads.
+fn made(world: &World, settings: &ProxySettings, need: &[Landing], threads: usize) -> Proxy {
+    let inputs = ProxyInputs { near_cell: 0.1, settings, seed: 7 };
+    Proxy::new(world, inputs, Need::Landings(need), &Run::new(threads).unwrap()).unwrap()
+}
+
+fn sized(size: f32) -> ProxySettings {
+    ProxySettings { place_size: Some(Length::Units(size)), ..places() }
 }
 
 /// Where rays of all directions from a point land.
 fn landings(world: &World, from: Vec3, count: u32) -> Vec<Landing> {
-    let mut rng = Rng::new(3, Stream::Test, 0, 0);
+    let mut rng = Rng::new(3, Stream::Test, u64::from(from.x.to_bits()), 0);
     (0..count)
         .filter_map(|i| {
             let wi = sample_uniform_hemisphere(rng.next_2d()) * if i % 2 == 0 { 1.0 } else { -1.0 };
@@ -47,39 +53,106 @@ fn mean(all: impl Iterator<Item = f32>) -> f32 {
     (sum / f64::from(count.max(1))) as f32
 }
 
-/// A lamp in the middle of a white sphere: E_direct = I/r², of which 0.6/(1 − 0.6) is the rest. The
-/// sphere's triangles are larger than places in the first case, and smaller in the second.
+fn mean_of(proxy: &Proxy, world: &World, at: &[Landing]) -> f32 {
+    mean(at.iter().map(|l| proxy.read(world, l).radiosity.x))
+}
+
+/// A lamp in the middle of a white sphere: E_direct = I/r², of which 0.6/(1 − 0.6) is the rest. Its
+/// triangles have places of their own in the first case and share them in the second. What was
+/// asked for is known; what was not is found by paths, and comes out the same.
 #[test]
 fn integrating_sphere() {
     let lamp = Light::Point { position: Vec3::ZERO, intensity: Rgb::ONE };
     let w = world(vec![hollow_sphere(24, 1.0)], vec![gray(0.6)], vec![lamp]);
+    let expected = 0.6 / (1.0 - 0.6);
+    let all = landings(&w, Vec3::new(0.3, 0.2, 0.1), 4000);
+    let (asked, others) = all.split_at(2000);
     for size in [0.05, 0.5] {
-        let p = proxy(&w, size, &ProxySettings { gather_rays: 64, ..places() });
-        let all = landings(&w, Vec3::new(0.3, 0.2, 0.1), 2000);
-        let indirect = mean(all.iter().map(|l| p.read(&w, l).indirect.x));
-        let expected = 0.6 / (1.0 - 0.6);
-        assert!((indirect / expected - 1.0).abs() < 0.02, "{size}: {indirect}, not {expected}");
+        let p = made(&w, &sized(size), asked, 2);
+        for at in [asked, others] {
+            let indirect = mean(at.iter().map(|l| p.read(&w, l).indirect.x));
+            assert!((indirect / expected - 1.0).abs() < 0.02, "{size}: {indirect}, not {expected}");
+        }
+        let found = p.place_stats().unwrap();
+        assert!(found.places > 100 && found.made.gather > 1000, "{found:?}");
     }
 }
 
-/// The same bits whoever asks, in any order, on any number of threads; and again from nothing.
+/// A lamp behind a wall lights a room by a slit: most rays miss the bright patch. More rays go
+/// where light is noisy, and the mean over seeds stays what many rays find.
+#[test]
+fn rays_by_noise_lose_no_energy() {
+    let shell = quads(&room(Vec3::ZERO, Vec3::new(2.0, 1.0, 1.0)), 0, Sides::One);
+    let wall = quads(&[(Vec3::new(1.0, 0.15, 0.0), Vec3::Y, Vec3::Z)], 0, Sides::Two);
+    let lamp = Light::Point { position: Vec3::new(1.5, 0.1, 0.5), intensity: Rgb::splat(3.0) };
+    let w = world(vec![shell, wall], vec![gray(0.5)], vec![lamp]);
+    let at = landings(&w, Vec3::new(0.5, 0.6, 0.4), 1500);
+    let with = |gather_rays: u32, seed: u64| {
+        let settings = ProxySettings { gather_rays, direct_samples: 8, ..sized(0.05) };
+        let inputs = ProxyInputs { near_cell: 0.1, settings: &settings, seed };
+        let p = Proxy::new(&w, inputs, Need::Landings(&at), &Run::new(2).unwrap()).unwrap();
+        mean_of(&p, &w, &at)
+    };
+    let expected = with(1024, 99);
+    let found = mean((0..8).map(|seed| with(16, seed)));
+    assert!((found / expected - 1.0).abs() < 0.015, "{found}, not {expected}");
+}
+
+/// The same bits on any number of threads and in any order of reading, from the file too.
 #[test]
 fn who_asks_first_decides_nothing() {
     let shell = quads(&room(Vec3::ZERO, Vec3::new(1.0, 1.0, 2.0)), 0, Sides::One);
     let block = quads(&room(Vec3::new(0.4, 0.4, 0.6), Vec3::new(0.43, 0.9, 0.0)), 0, Sides::Two);
     let w = world(vec![shell, block], vec![gray(0.7)], vec![LAMP]);
     let all = landings(&w, Vec3::new(0.5, 0.3, 1.0), 3000);
-    let settings = places();
+    let (need, settings) = (&all[..2000], sized(0.1));
     let bits = |p: &Proxy, l: &Landing| p.read(&w, l).radiosity.to_array().map(f32::to_bits);
-    let first = proxy(&w, 0.1, &settings);
+    let first = made(&w, &settings, need, 1);
     let expected: Vec<_> = all.iter().map(|l| bits(&first, l)).collect();
     for threads in [2, 3, 8] {
-        let (p, run) = (proxy(&w, 0.1, &settings), Run::new(threads).unwrap());
+        let (p, run) = (made(&w, &settings, need, threads), Run::new(threads).unwrap());
         let mut found: Vec<_> = run.install(|| all.par_iter().rev().map(|l| bits(&p, l)).collect());
         found.reverse();
-        assert!(found == expected, "{threads} threads");
-        assert_eq!(p.place_stats().unwrap().places, first.place_stats().unwrap().places);
+        assert!(found == expected && p.saved() == first.saved(), "{threads} threads");
     }
+    let saved = first.saved();
+    let rows: Vec<_> = saved.rows().collect();
+    let rows = rows.iter().map(|(floats, bytes)| (floats.clone(), &bytes[..]));
+    let read = SavedProxy::from_rows(rows, &settings).unwrap();
+    assert!(read == saved && read.len() > 300);
+    let inputs = ProxyInputs { near_cell: 0.1, settings: &settings, seed: 7 };
+    let again = Proxy::restore(&w, inputs, read, &Run::new(1).unwrap()).unwrap();
+    assert!(all.iter().map(|l| bits(&again, l)).eq(expected));
+}
+
+/// A second need adds what it lacks and changes nothing of the first, bit for bit.
+#[test]
+fn what_is_known_stays() {
+    let w = world(
+        vec![quads(&room(Vec3::ZERO, Vec3::new(1.0, 1.0, 2.0)), 0, Sides::One)],
+        vec![gray(0.7)],
+        vec![LAMP],
+    );
+    let (near, far) = (Vec3::new(0.5, 0.5, 0.2), Vec3::new(0.2, 0.7, 1.9));
+    let (first, second) = (landings(&w, near, 1500), landings(&w, far, 1500));
+    let mut p = made(&w, &sized(0.05), &first, 2);
+    let (before, run) = (p.saved(), Run::new(2).unwrap());
+    let known: Vec<_> = first.iter().map(|l| p.read(&w, l)).collect();
+    let added = p.need(&w, Need::Landings(&second), &run).unwrap();
+    assert!(added.sides > 50 && p.saved().len() == before.len() + added.sides, "{added:?}");
+    assert!(before.rows().zip(p.saved().rows()).all(|(old, new)| old == new));
+    assert!(first.iter().zip(known).all(|(l, known)| p.read(&w, l) == known));
+    assert_eq!(p.need(&w, Need::Landings(&second), &run).unwrap().sides, 0);
+}
+
+/// The light that leaks into the dark, as a share of what is lit: landings around `dark` and `lit`
+/// are asked for together.
+fn leak(world: &World, size: f32, dark: Vec3, lit: Vec3) -> f32 {
+    let [dark, lit] = [dark, lit].map(|from| landings(world, from, 3000));
+    let p = made(world, &sized(size), &[&dark[..], &lit[..]].concat(), 2);
+    let found = mean_of(&p, world, &lit);
+    assert!(found > 0.05, "{found}");
+    mean_of(&p, world, &dark) / found
 }
 
 /// A box without a floor of its own on the floor of a lit room: no light gets in below its walls.
@@ -96,28 +169,88 @@ fn dark_boxes_stay_dark() {
         let dark = quads(&faces, 0, Sides::Two);
         let lamp = Light::Point { position: Vec3::new(1.5, 1.2, 1.5), intensity: Rgb::splat(30.0) };
         let w = world(vec![shell, dark], vec![gray(0.6)], vec![lamp]);
-        let p = proxy(&w, 0.25, &places());
-        let mean_from = |at: Vec3| {
-            let all = landings(&w, at, 3000);
-            mean(all.iter().map(|l| p.read(&w, l).radiosity.x))
-        };
-        let lit = mean_from(Vec3::new(1.0, 1.0, 0.5));
-        let inside = mean_from(Vec3::new(0.0, 0.0, -1.8));
-        assert!(lit > 0.1 && inside < 1e-3 * lit, "wall {wall}: {inside} of {lit}");
+        for size in [0.05, 0.25] {
+            let found = leak(&w, size, Vec3::new(0.0, 0.0, -1.8), Vec3::new(1.0, 1.0, 0.5));
+            assert!(found < 1e-3, "wall {wall}, places of {size}: {found}");
+        }
     }
+}
+
+/// Two halves of a room, one lit, with a wall between them on one floor and under one ceiling; the
+/// wall is a sheet, or a slab thinner than a place.
+#[test]
+fn a_wall_between_two_halves_holds() {
+    for thickness in [0.0, 0.02] {
+        let shell = quads(&room(Vec3::ZERO, Vec3::new(2.0, 1.0, 1.0)), 0, Sides::One);
+        let side = |x: f32| (Vec3::new(x, 0.0, 0.0), Vec3::Y, Vec3::Z);
+        let faces = [side(1.0), side(1.0 + thickness)];
+        let wall = quads(&faces[..if thickness > 0.0 { 2 } else { 1 }], 0, Sides::Two);
+        let lamp = Light::Point { position: Vec3::new(1.6, 0.5, 0.6), intensity: Rgb::ONE };
+        let w = world(vec![shell, wall], vec![gray(0.6)], vec![lamp]);
+        for size in [0.05, 0.25] {
+            let found = leak(&w, size, Vec3::new(0.5, 0.5, 0.5), Vec3::new(1.5, 0.5, 0.5));
+            assert!(found < 1e-3, "{thickness} thick, places of {size}: {found}");
+        }
+    }
+}
+
+/// Sheets of small triangles, one above the other and both facing the lamp: the lower is dark.
+#[test]
+fn layers_of_small_triangles_are_apart() {
+    let sheet = |z: f32| {
+        let cell = |i: usize| Vec3::new((i % 40) as f32, (i / 40) as f32, 0.0) * 0.025;
+        let at = Vec3::Z * z;
+        (0..1600).map(move |i| (cell(i) + at, Vec3::X * 0.025, Vec3::Y * 0.025))
+    };
+    let faces: Vec<_> = sheet(0.0).chain(sheet(0.02)).collect();
+    let lamp = Light::Point { position: Vec3::new(0.5, 0.5, 1.0), intensity: Rgb::ONE };
+    let w = world(vec![quads(&faces, 0, Sides::Two)], vec![gray(0.5)], vec![lamp]);
+    let between = Vec3::new(0.5, 0.5, 0.01);
+    let mut down = landings(&w, between, 3000);
+    down.retain(|l| l.p.z < 0.005 && (l.p - between).length() < 0.3);
+    let up = landings(&w, Vec3::new(0.5, 0.5, 0.5), 3000);
+    let p = made(&w, &sized(0.1), &[&down[..], &up[..]].concat(), 2);
+    let (dark, lit) = (mean_of(&p, &w, &down), mean_of(&p, &w, &up));
+    assert!(down.len() > 500 && lit > 0.1 && dark < 1e-3 * lit, "{dark} of {lit}");
 }
 
 #[test]
 fn a_sheet_lit_on_one_side_is_dark_on_the_other() {
     let sheet = quads(&[(Vec3::ZERO, Vec3::X, Vec3::Y)], 0, Sides::Two);
     let w = world(vec![sheet], vec![gray(0.5)], vec![LAMP]);
-    let p = proxy(&w, 0.1, &places());
-    let read = |z: f32| {
-        let ray = Ray::new(Vec3::new(0.4, 0.3, z), -Vec3::Z * z.signum());
-        let hit = w.rays.closest(&ray).unwrap();
-        p.read(&w, &Landing::new(&w, &ray, &hit)).radiosity.x
+    let both = [1.0, -1.0].map(|z: f32| {
+        let ray = Ray::new(Vec3::new(0.4, 0.3, z), -Vec3::Z * z);
+        Landing::new(&w, &ray, &w.rays.closest(&ray).unwrap())
+    });
+    for need in [&both[..], &both[..1], &[]] {
+        let p = made(&w, &sized(0.1), need, 1);
+        let [lit, dark] = both.map(|l| p.read(&w, &l).radiosity.x);
+        assert!(lit > 0.01 && dark == 0.0, "{lit} {dark}");
+    }
+}
+
+/// How finely a surface is cut does not decide the work.
+#[test]
+fn the_cost_does_not_follow_the_triangles() {
+    let rays = |cuts: usize| {
+        let step = 1.0 / cuts as f32;
+        let wall = |(corner, a, b): (Vec3, Vec3, Vec3)| {
+            (0..cuts * cuts).map(move |i| {
+                let (x, y) = ((i % cuts) as f32 * step, (i / cuts) as f32 * step);
+                (corner + a * x + b * y, a * step, b * step)
+            })
+        };
+        let faces: Vec<_> =
+            room(Vec3::ZERO, Vec3::new(1.0, 1.0, 2.0)).into_iter().flat_map(wall).collect();
+        let w = world(vec![quads(&faces, 0, Sides::One)], vec![gray(0.7)], vec![LAMP]);
+        let run = Run::new(2).unwrap();
+        let all = landings(&w, Vec3::new(0.5, 0.5, 0.2), 5000);
+        let inputs = ProxyInputs { near_cell: 0.1, settings: &sized(0.05), seed: 7 };
+        Proxy::new(&w, inputs, Need::Landings(&all), &run).unwrap();
+        run.rays.get(RayKind::Sample) + run.rays.get(RayKind::Shadow)
     };
-    assert!(read(1.0) > 0.01 && read(-1.0) == 0.0);
+    let (coarse, fine) = (rays(1), rays(80));
+    assert!((fine as f64 / coarse as f64 - 1.0).abs() < 0.15, "{coarse} and {fine} rays");
 }
 
 #[test]
@@ -126,7 +259,7 @@ fn the_program_renders_with_places() {
     let at = |name: &str| folder.join(name).display().to_string();
     let scene = "scenes/cornell-box/cornell-box.toml";
     let render = |extra: &[&str]| {
-        let common = ["render", scene, "--size", "48x48", "-q", "--set", "proxy.estimate=places"];
+        let common = ["render", scene, "--size", "48x48", "-q"];
         program(&[&common, extra].concat())
     };
     let (one, three, json) = (at("one.exr"), at("three.exr"), at("one.json"));
@@ -138,8 +271,15 @@ fn the_program_renders_with_places() {
     assert!(pixels(&one) == pixels(&three));
     let told: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
-    assert!(told["places"].as_u64().unwrap() > 1000 && told["gather_rays"].as_u64() > Some(1000));
-    let refused = render(&["-o", &one, "--set", "decompose.near_visibility=assumed"]);
+    let number = |key: &str| told[key].as_u64().unwrap();
+    assert!(number("places") > 1000 && number("place_gather_rays") > 4 * number("place_parts"));
+    assert!(number("place_points") >= number("place_parts"));
+    // Where cells are summed there are cells.
+    let cells =
+        render(&["-o", &one, "--set", "decompose.near_visibility=assumed", "--stats", &json]);
+    assert!(cells.status.success(), "{}", String::from_utf8_lossy(&cells.stderr));
+    let refused = ["proxy.estimate=places", "decompose.near_visibility=assumed"];
+    let refused = render(&["-o", &one, "--set", refused[0], "--set", refused[1]]);
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert!(refused.status.code() == Some(2) && said.contains("leaves no cells"), "{said}");
     std::fs::remove_dir_all(&folder).unwrap();

@@ -76,7 +76,7 @@ fn few(count: u32) -> ProxySettings {
     ProxySettings {
         photons: count,
         direct_samples: 4,
-        estimate: Estimate::Cells,
+        estimate: Some(Estimate::Cells),
         ..ProxySettings::default()
     }
 }
@@ -110,7 +110,7 @@ fn stored_power_is_the_albedo_series() {
     assert!(traced.photons.iter().all(|p| p.incident.dot(normal(p)) < 0.0));
     let energy: f64 = traced.photons.iter().map(|p| f64::from(p.flux.x)).sum();
     for estimate in BOTH {
-        let proxy = solved(&w, 0.3, &ProxySettings { estimate, ..few(count) }, 2);
+        let proxy = solved(&w, 0.3, &ProxySettings { estimate: Some(estimate), ..few(count) }, 2);
         let area: f32 = proxy.facets().map(|f| f.area()).sum();
         let found = mean_indirect(&proxy, Side::Front).x * area;
         assert!(
@@ -132,7 +132,12 @@ fn furnace() {
         let proxy = solved(
             &w,
             0.2,
-            &ProxySettings { estimate, neighbours: 200, direct_samples: 64, ..few(1 << 17) },
+            &ProxySettings {
+                estimate: Some(estimate),
+                neighbours: 200,
+                direct_samples: 64,
+                ..few(1 << 17)
+            },
             2,
         );
         // E = πLe/(1 − ρ), of which πLe is direct; emission itself is left out.
@@ -192,7 +197,12 @@ fn integrating_sphere() {
     let w = world(vec![hollow_sphere(24, radius)], vec![gray(albedo)], vec![lamp]);
     let expected = albedo * intensity / (radius * radius * (1.0 - albedo));
     for estimate in BOTH {
-        let proxy = solved(&w, 0.5, &ProxySettings { estimate, neighbours: 100, ..few(40_000) }, 2);
+        let proxy = solved(
+            &w,
+            0.5,
+            &ProxySettings { estimate: Some(estimate), neighbours: 100, ..few(40_000) },
+            2,
+        );
         let mean = mean_indirect(&proxy, Side::Front).x;
         // The polyhedron's area is 0.6 % below the sphere's; noise of 40 000 paths about 0.5 %.
         assert!((mean / expected - 1.0).abs() < 0.02, "{estimate:?}: {mean} {expected}");
@@ -218,7 +228,7 @@ fn thin_wall_and_sheet_do_not_leak() {
             &w,
             0.1,
             &ProxySettings {
-                estimate,
+                estimate: Some(estimate),
                 neighbours: 200,
                 max_radius: Length::PercentOfDiagonal(20.0),
                 ..few(20_000)
@@ -258,7 +268,7 @@ fn sky_is_indirect_and_lights_both_sides() {
             &w,
             0.1,
             &ProxySettings {
-                estimate,
+                estimate: Some(estimate),
                 max_radius: Length::PercentOfDiagonal(50.0),
                 ..few(1 << 16)
             },
@@ -314,7 +324,7 @@ fn same_bits_for_any_thread_count() {
     let w =
         world(vec![quads(&room(Vec3::ZERO, Vec3::ONE), 0, Sides::One)], vec![gray(0.6)], lights);
     for estimate in BOTH {
-        let settings = ProxySettings { estimate, ..few(20_000) };
+        let settings = ProxySettings { estimate: Some(estimate), ..few(20_000) };
         let one = solved(&w, 0.05, &settings, 1);
         for threads in [2, 8] {
             let other = solved(&w, 0.05, &settings, threads);
@@ -342,7 +352,7 @@ fn interruption_is_an_error() {
         fn warn(&self, _: &str) {}
     }
     let run = Run::new(1).unwrap().with_reporter(Box::new(Quiet), std::sync::Arc::new(true.into()));
-    let settings = ProxySettings::default();
+    let settings = ProxySettings { estimate: Some(Estimate::Gather), ..ProxySettings::default() };
     let inputs = ProxyInputs { near_cell: 0.5, settings: &settings, seed: 1 };
     let made = Proxy::new(&w, inputs, Need::Views(&[]), &run);
     assert!(matches!(made, Err(nearfar::error::Error::Interrupted)));
@@ -365,7 +375,9 @@ fn need_by_landings_makes_light_where_rays_landed_and_keeps_what_was() {
             .collect()
     };
     let (first, second) = (landings(0.5), landings(2.5));
-    let settings = ProxySettings { photons: 1000, gather_rays: 256, ..ProxySettings::default() };
+    let estimate = Some(Estimate::Gather);
+    let settings =
+        ProxySettings { photons: 1000, gather_rays: 256, estimate, ..ProxySettings::default() };
     let inputs = ProxyInputs { near_cell: 0.2, settings: &settings, seed: 7 };
     let mut proxy = Proxy::new(&w, inputs, Need::Landings(&first), &run).unwrap();
     let gathered = |proxy: &Proxy| {

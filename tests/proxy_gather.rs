@@ -36,7 +36,7 @@ fn world(
 
 fn gather() -> ProxySettings {
     ProxySettings {
-        estimate: Estimate::Gather,
+        estimate: Some(Estimate::Gather),
         photons: 2000,
         direct_samples: 16,
         gather_rays: 32,
@@ -189,7 +189,13 @@ fn buried_area_does_not_dilute() {
     );
     let found = [Estimate::Gather, Estimate::Cells].map(|estimate| {
         let (gather_rays, photons, neighbours) = (512, 200_000, 100);
-        let settings = ProxySettings { estimate, gather_rays, photons, neighbours, ..gather() };
+        let settings = ProxySettings {
+            estimate: Some(estimate),
+            gather_rays,
+            photons,
+            neighbours,
+            ..gather()
+        };
         solved(&w, 0.9, &settings, 2)
     });
     let mut rng = Rng::new(4, Stream::Test, 0, 0);

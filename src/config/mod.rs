@@ -22,7 +22,7 @@ use crate::method::local_correction::LocalSettings;
 use crate::method::path::PathSettings;
 use crate::method::stage::Inputs;
 use crate::method::{Method, course};
-use crate::proxy::ProxySettings;
+use crate::proxy::{Estimate, ProxySettings};
 use crate::record::RecordSettings;
 use crate::settings::{self, Group, Section, nearest, section};
 use crate::shading::DirectSettings;
@@ -103,6 +103,9 @@ impl RenderConfig {
             // it.
             self.decompose.near_filter.get_or_insert(0);
         }
+        if self.decompose.sums_cells() {
+            self.proxy.estimate.get_or_insert(Estimate::Gather);
+        }
         self.path.filter = self.record.pixel_filter();
     }
 
@@ -116,6 +119,9 @@ impl RenderConfig {
         if method == Method::Course {
             (self.decompose, self.proxy) =
                 course::as_written(&self.decompose, &self.proxy, diagonal)?;
+        }
+        if method == Method::PhotonMap {
+            self.proxy.estimate.get_or_insert(Estimate::Gather);
         }
         Ok(self)
     }

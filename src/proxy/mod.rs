@@ -67,5 +67,5 @@ pub use landing::{Incident, Landing, Piece, Reading};
 pub use proxy::{Need, Proxy, ProxyInputs};
 pub use saved::SavedProxy;
 pub use settings::{Estimate, ProxySettings};
-pub use stats::{Added, PlaceStats, ProxyStats};
+pub use stats::{Added, PlaceRays, PlaceStats, ProxyStats};
 pub use trace::{Photon, Traced, photons};

@@ -17,6 +17,7 @@ use super::cells::Cells;
 use super::making::Making;
 use super::places::Places;
 use super::radiosity::CellRadiosity;
+use super::saved::Saved;
 use super::solve::{extend, solve};
 use super::{
     Added, Estimate, Facet, Incident, Landing, Piece, PlaceStats, ProxySettings, ProxyStats,
@@ -81,7 +82,7 @@ impl Proxy {
     pub fn new(world: &World, inputs: ProxyInputs<'_>, need: Need<'_>, run: &Run) -> Result<Self> {
         let ProxyInputs { near_cell, settings, seed } = inputs;
         settings.validate()?;
-        if settings.estimate == Estimate::Places {
+        if settings.estimate() == Estimate::Places {
             let mut proxy = Self::of_places(world, inputs);
             proxy.need(world, need, run)?;
             return Ok(proxy);
@@ -109,19 +110,24 @@ impl Proxy {
         saved: SavedProxy,
         run: &Run,
     ) -> Result<Self> {
-        if inputs.settings.estimate == Estimate::Places {
-            return Ok(Self::of_places(world, inputs));
-        }
+        let saved = match saved.0 {
+            Saved::Places(saved) => {
+                let mut proxy = Self::of_places(world, inputs);
+                proxy.places.iter_mut().for_each(|places| places.restore(&saved));
+                return Ok(proxy);
+            }
+            Saved::Cells(saved) => saved,
+        };
         let cells = cut(world, inputs.near_cell, run)?;
-        if cells.len() != saved.len() {
+        if cells.len() != saved.cells() {
             return Err(Error::Render(format!(
                 "the loaded proxy has {} cells, the scene {}: it was saved from another scene",
-                saved.len(),
+                saved.cells(),
                 cells.len()
             )));
         }
         let stats = ProxyStats { cells: cells.len(), ..ProxyStats::default() };
-        let (light, settings) = (saved.0, inputs.settings.clone());
+        let (light, settings) = (saved, inputs.settings.clone());
         Ok(Self { cells, light, settings, seed: inputs.seed, stats, places: None })
     }
 
@@ -247,6 +253,9 @@ impl Proxy {
 
     /// What is worth keeping for later renders of the scene.
     pub fn saved(&self) -> SavedProxy {
-        SavedProxy(self.light.clone())
+        SavedProxy(match &self.places {
+            Some(places) => Saved::Places(places.saved()),
+            None => Saved::Cells(self.light.clone()),
+        })
     }
 }

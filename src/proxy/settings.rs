@@ -6,7 +6,7 @@ use crate::settings::{choices, section};
 choices! {
     /// How indirect irradiance of a cell side comes from photons.
     #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
-    pub enum Estimate default Gather {
+    pub enum Estimate default Places {
         /// Photons counted per cell and side over the cell's exact area; cells with too few are
         /// merged with their neighbours.
         Cells = "cells",
@@ -16,8 +16,7 @@ choices! {
         /// k nearest photons around the centroid over the area of surface that lies inside their
         /// sphere.
         Density = "density",
-        /// No photons and no cells: places that come to be where rays land, with the light that
-        /// their own rays find.
+        /// No photons and no cells: places where rays land, with the light that their own rays find.
         Places = "places",
     }
 }
@@ -30,8 +29,10 @@ section! {
         photons: u32 = 200_000, in from(1.0).to(2_147_483_648.0), unit "paths";
         /// Photons that an estimate should rest on; relative noise about 1/√neighbours.
         neighbours: u32 = 32, in from(2.0).to(10_000.0), unit "photons";
-        /// How photons become irradiance.
-        estimate: Estimate = Estimate::Gather;
+        /// How indirect irradiance is found.
+        estimate: Option<Estimate> = None,
+            follows "places; gather for the method photon-map and where \
+            decompose.near_visibility sums over cells";
         /// Largest radius photons are sought in. Where fewer photons lie within it the estimate is
         /// noisier, not darker.
         max_radius: Length = Length::PercentOfDiagonal(5.0), in above(0.0);
@@ -53,5 +54,12 @@ section! {
         /// `gather` only: most sweeps over the linear system; fewer are done when one changes less
         /// than 0.1 %.
         gather_sweeps: u32 = 16, in from(1.0).to(1000.0), unit "sweeps";
+    }
+}
+
+impl ProxySettings {
+    /// The estimate, where nothing that it follows asks for another.
+    pub fn estimate(&self) -> Estimate {
+        self.estimate.unwrap_or_default()
     }
 }

@@ -82,7 +82,7 @@ impl<'a> FromPhotons<'a> {
         let agreement = settings.normal_agreement;
         let index = SurfaceIndex::new(&world.geometry, cells, area, &photons, agreement);
         let (mut estimates, mut estimate_of) = (Vec::new(), Vec::new());
-        let map = match settings.estimate {
+        let map = match settings.estimate() {
             Estimate::Density => Some(PhotonMap::new(photons)),
             Estimate::Cells | Estimate::Gather | Estimate::Places => {
                 let (sides, side_index) = index.sides();
@@ -156,7 +156,7 @@ impl<'a> FromPhotons<'a> {
 pub(super) fn solve(making: Making<'_>, need: Need<'_>) -> Result<(CellRadiosity, ProxyStats)> {
     let Making { world, cells, settings, run, .. } = making;
     let traced = trace(&making)?;
-    let links = match settings.estimate {
+    let links = match settings.estimate() {
         Estimate::Gather => Some(Links::new(&making, need, vec![false; 2 * cells.len()])?),
         Estimate::Cells | Estimate::Density | Estimate::Places => None,
     };
@@ -234,7 +234,7 @@ pub(super) fn extend(
     need: Need<'_>,
 ) -> Result<Added> {
     let Making { world, cells, settings, run, .. } = making;
-    if settings.estimate != Estimate::Gather || light.gathered.len() != 2 * cells.len() {
+    if settings.estimate() != Estimate::Gather || light.gathered.len() != 2 * cells.len() {
         return Ok(Added::default());
     }
     let links = Links::new(&making, need, light.gathered.clone())?;

@@ -36,17 +36,46 @@ pub struct ProxyStats {
     pub residual: f32,
 }
 
-/// Light by need: what it took so far.
+/// Light by need: what it took so far. Serialises to the names of the statistics file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct PlaceStats {
-    /// Places that were found, divided ones too.
+    /// Places.
     pub places: usize,
+    /// Their parts, each with light of its own.
+    #[serde(rename = "place_parts")]
+    pub parts: usize,
+    /// Points that these are lit at.
+    #[serde(rename = "place_points")]
+    pub points: usize,
+    /// Sweeps over them.
+    #[serde(rename = "place_sweeps")]
+    pub sweeps: u32,
+    /// Relative change of irradiance in the last sweep: the energy that is left out.
+    #[serde(rename = "place_residual")]
+    pub residual: f32,
+    /// Rays that lit them.
+    #[serde(flatten)]
+    pub made: PlaceRays,
+    /// Shadow rays at landings that no place holds.
+    pub read_shadow_rays: u64,
+    /// Steps of their paths.
+    pub read_gather_rays: u64,
+    /// Rays that told which part a landing sees.
+    pub read_short_rays: u64,
+}
+
+/// Rays that lit places.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct PlaceRays {
     /// Shadow rays.
-    pub shadow_rays: u64,
+    #[serde(rename = "place_shadow_rays")]
+    pub shadow: u64,
     /// Cosine rays that gather.
-    pub gather_rays: u64,
-    /// Short rays that tell what a place covers.
-    pub short_rays: u64,
+    #[serde(rename = "place_gather_rays")]
+    pub gather: u64,
+    /// Short rays that told their points apart.
+    #[serde(rename = "place_short_rays")]
+    pub short: u64,
 }
 
 /// What [`super::Proxy::need`] added to a proxy.

@@ -49,7 +49,7 @@ fn decomposed(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Re
     };
     if let Some(path) = &kept.save {
         let _phase = run.phase("save", 1);
-        store::save(path, &key(), &store::Known::new(&prepared), settings)?;
+        store::save(path, &key(), &store::Known::new(&prepared), &inputs, settings)?;
     }
     decompose::picture(world, settings, &prepared, inputs.seed, run)
 }

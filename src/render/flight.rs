@@ -165,6 +165,6 @@ impl<'a> Flight<'a> {
         let inputs = config.inputs(world.diagonal);
         let scene = Fingerprint::new(self.renderer.scene());
         let key = store::key(scene, &inputs, &config.decompose, world.diagonal);
-        store::save(path, &key, &store::Known::new(prepared), &config.decompose)
+        store::save(path, &key, &store::Known::new(prepared), &inputs, &config.decompose)
     }
 }

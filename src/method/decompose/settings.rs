@@ -155,11 +155,11 @@ impl DecomposeSettings {
     /// # Errors
     /// [`Error::Setting`] where it sums over cells and the proxy has none.
     pub fn suits(&self, proxy: &ProxySettings) -> Result<()> {
-        if self.sums_cells() && proxy.estimate == Estimate::Places {
+        if self.sums_cells() && proxy.estimate() == Estimate::Places {
             return Err(Error::setting(
-                "proxy.estimate",
-                "\"places\" leaves no cells for decompose.near_visibility to sum over; set that to \
-                 \"rays\"",
+                "proxy.estimate()",
+                "\"places\" leaves no cells for decompose.near_visibility to sum over; set \
+                 proxy.estimate = \"gather\", or decompose.near_visibility = \"rays\"",
             ));
         }
         Ok(())

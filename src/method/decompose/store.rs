@@ -23,12 +23,12 @@ use crate::error::{Error, Result};
 use crate::method::key::Key;
 use crate::method::stage::Inputs;
 use crate::ply::{self, Columns, Rows};
-use crate::proxy::SavedProxy;
+use crate::proxy::{ProxySettings, SavedProxy};
 use crate::radiometry::Rgb;
 use crate::scene::Fingerprint;
 use crate::sh::ShRgb;
 
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// Settings of the last pass, of sampling the camera, and lengths, which count by their value in
 /// this scene.
@@ -85,7 +85,7 @@ pub fn key(
         .with_value("decompose.near_cell", inputs.near_cell)
 }
 
-fn columns(bands: u32) -> [Columns; 2] {
+fn columns(bands: u32, proxy: &ProxySettings) -> [Columns; 2] {
     let names = |list: &[&str]| list.iter().map(|&n| n.to_owned()).collect::<Vec<String>>();
     let mut vertex = names(&[
         "x", "y", "z", "nx", "ny", "nz", "radius", "anchor_x", "anchor_y", "anchor_z", "scale",
@@ -93,7 +93,9 @@ fn columns(bands: u32) -> [Columns; 2] {
     vertex.extend((0..bands * bands).flat_map(|i| ["r", "g", "b"].map(|c| format!("sh_{i}_{c}"))));
     [
         Columns::new("vertex").floats(vertex).bytes(["red", "green", "blue"]),
-        Columns::new(SavedProxy::ELEMENT).floats(SavedProxy::floats()).bytes(SavedProxy::BYTES),
+        Columns::new(SavedProxy::element(proxy))
+            .floats(SavedProxy::floats(proxy))
+            .bytes(SavedProxy::bytes(proxy)),
     ]
 }
 
@@ -101,7 +103,13 @@ fn columns(bands: u32) -> [Columns; 2] {
 ///
 /// # Errors
 /// [`Error::Io`] when the system refuses.
-pub fn save(path: &Path, key: &Key, known: &Known, settings: &DecomposeSettings) -> Result<()> {
+pub fn save(
+    path: &Path,
+    key: &Key,
+    known: &Known,
+    inputs: &Inputs<'_>,
+    settings: &DecomposeSettings,
+) -> Result<()> {
     let SampledClusters { clusters, sh } = &known.sampled;
     let irradiance: Vec<Rgb> =
         sh.iter().zip(&clusters.normal).map(|(sh, &n)| sh.irradiance(n)).collect();
@@ -122,7 +130,7 @@ pub fn save(path: &Path, key: &Key, known: &Known, settings: &DecomposeSettings)
     for (floats, bytes) in known.proxy.rows() {
         rows.push(floats, &bytes);
     }
-    let [of_vertex, of_proxy] = columns(settings.sh_bands);
+    let [of_vertex, of_proxy] = columns(settings.sh_bands, inputs.photon);
     ply::write_elements(path, &key.comments(), &[(of_vertex, vertex), (of_proxy, rows)])
 }
 
@@ -136,7 +144,7 @@ pub fn load(
     inputs: &Inputs<'_>,
     settings: &DecomposeSettings,
 ) -> Result<Known> {
-    let columns = columns(settings.sh_bands);
+    let columns = columns(settings.sh_bands, inputs.photon);
     let rows = ply::read_elements(path, |comments| key.difference(comments), &columns)?;
     let damaged = |element: &str, i: usize| {
         Error::input(
@@ -169,6 +177,6 @@ pub fn load(
         clusters.scale.clear();
     }
     known.proxy = SavedProxy::from_rows(rows[1].iter(&columns[1]), inputs.photon)
-        .map_err(|row| damaged(SavedProxy::ELEMENT, row))?;
+        .map_err(|row| damaged(SavedProxy::element(inputs.photon), row))?;
     Ok(known)
 }

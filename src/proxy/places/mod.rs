@@ -29,6 +29,7 @@ mod cover;
 mod key;
 mod light;
 mod need;
+mod saved;
 mod solve;
 mod system;
 
@@ -46,11 +47,15 @@ use crate::run::Run;
 use crate::shading::World;
 use key::Grids;
 use light::Rays;
+pub(super) use saved::{SavedPlaces, bytes as saved_bytes, floats as saved_floats};
 
 /// Levels that a landing asks for in turn, relative to the one that suits it.
 const STEPS: [i32; 7] = [0, 1, -1, 2, -2, 3, 4];
 /// Steps up from which a landing is asked whether it sees the only part of a place.
 const FAR_UP: i32 = 2;
+
+/// Of more landings that are asked for at once, every second, third, … is heeded.
+const MOST_LANDINGS: usize = 1 << 19;
 
 /// Irradiance of a part, W·m⁻².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -116,6 +121,8 @@ pub(super) struct Places {
     parts: Vec<Part>,
     /// Of each part.
     lights: Vec<Light>,
+    /// How they were made.
+    made: PlaceStats,
     /// Rays shot by reading: shadow, gather, short.
     rays: [AtomicU64; 3],
 }
@@ -130,6 +137,7 @@ impl Places {
             index: HashMap::default(),
             parts: Vec::new(),
             lights: Vec::new(),
+            made: PlaceStats::default(),
             rays: Default::default(),
         }
     }
@@ -140,7 +148,11 @@ impl Places {
     /// [`crate::error::Error::Interrupted`].
     pub fn extend(&mut self, world: &World, need: Need<'_>, run: &Run) -> Result<Added> {
         match need {
-            Need::Landings(landings) => self.need(world, landings, run),
+            Need::Landings(landings) => {
+                let stride = landings.len().div_ceil(MOST_LANDINGS).max(1);
+                let some: Vec<Landing> = landings.iter().step_by(stride).copied().collect();
+                self.need(world, &some, run)
+            }
             Need::Views(views) => {
                 let landings = need::landings(world, views, self.seed, run);
                 self.need(world, &landings, run)
@@ -207,10 +219,16 @@ impl Places {
         light
     }
 
-    /// Places, and what reading them took so far.
+    /// How they were made, and what reading them took so far.
     pub fn stats(&self) -> PlaceStats {
-        let [shadow_rays, gather_rays, short_rays] =
-            [0, 1, 2].map(|i| self.rays[i].load(Ordering::Relaxed));
-        PlaceStats { places: self.index.len(), shadow_rays, gather_rays, short_rays }
+        let [shadow, gather, short] = [0, 1, 2].map(|i| self.rays[i].load(Ordering::Relaxed));
+        PlaceStats {
+            places: self.index.len(),
+            parts: self.parts.len(),
+            read_shadow_rays: shadow,
+            read_gather_rays: gather,
+            read_short_rays: short,
+            ..self.made
+        }
     }
 }

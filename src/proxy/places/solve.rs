@@ -34,6 +34,8 @@ impl Places {
     pub(super) fn need(&mut self, world: &World, landings: &[Landing], run: &Run) -> Result<Added> {
         let phase = run.phase("places", u64::from(ROUNDS) + 2);
         let from = self.parts.len();
+        let shot = || [RayKind::Sample, RayKind::Shadow].map(|kind| run.rays.get(kind));
+        let (before, short_before) = (shot(), self.made.made.short);
         let (mut system, mut new) = (System::default(), Vec::new());
         let unknown = |l: &&Landing| self.find(world, l).is_none();
         let unknown = run.install(|| landings.par_iter().filter(unknown).copied().collect());
@@ -42,6 +44,7 @@ impl Places {
         for round in 0..ROUNDS {
             let (more, short) = run.install(|| self.cover(world, &open.landings));
             run.rays.add(RayKind::Shadow, short);
+            self.made.made.short += short;
             self.close(world, &open, &mut system, run);
             self.shine(world, &more, round, run)?;
             let fewest = self.gather_rays.div_ceil(4);
@@ -55,7 +58,7 @@ impl Places {
             phase.advance(1);
         }
         self.close(world, &open, &mut system, run);
-        let mut swept = system.sweep(&mut self.lights, run)?;
+        let first = system.sweep(&mut self.lights, run)?;
         let n = self.gather_rays as f32;
         let wanted = system.wanted(&self.lights, &new, n / 4.0);
         let further = |i: usize, _: &NewPart| {
@@ -66,14 +69,16 @@ impl Places {
         found.into_iter().for_each(|f| more.push(f, &mut open));
         self.close(world, &open, &mut more, run);
         system = system.join(&more);
-        swept.sweeps += {
-            let again = system.sweep(&mut self.lights, run)?;
-            swept.residual = again.residual;
-            again.sweeps
-        };
+        let again = system.sweep(&mut self.lights, run)?;
         phase.advance(1);
-        let sides = self.parts.len() - from;
-        Ok(Added { sides, sweeps: swept.sweeps, residual: swept.residual })
+        let made = &mut self.made;
+        let [gather, shadow] = [0, 1].map(|i| shot()[i] - before[i]);
+        made.made.gather += gather;
+        made.made.shadow += shadow - (made.made.short - short_before);
+        made.points += new.iter().map(|part| part.points.len()).sum::<usize>();
+        let sweeps = first.sweeps + again.sweeps;
+        (made.sweeps, made.residual) = (made.sweeps + sweeps, again.residual);
+        Ok(Added { sides: self.parts.len() - from, sweeps, residual: again.residual })
     }
 
     /// Direct light of new parts, which are the last.
