@@ -21,6 +21,7 @@ fn the_row_as_rendered_is_the_picture() {
         config.decompose.alpha = Length::PercentOfDiagonal(8.0);
         config.decompose.near_visibility = near_visibility;
         config.record.spp = 4;
+        config.follow();
         let inputs = config.inputs(w.diagonal);
         let rows = budget(&w, &config.decompose, inputs, &truth, stride, 16, &run).unwrap();
         let film = render(&w, &config.decompose, inputs, &run).unwrap().film;

@@ -14,6 +14,7 @@ use nearfar::method::decompose::{
 use nearfar::method::final_gather::gather;
 use nearfar::method::stage::Inputs;
 use nearfar::proxy::Proxy;
+use nearfar::proxy::{Estimate, ProxySettings};
 use nearfar::radiometry::Rgb;
 use nearfar::record::{RecordSettings, ShadingPoints, camera_samples};
 use nearfar::run::Run;
@@ -92,13 +93,15 @@ fn a_hidden_plate_is_subtracted_twice_unless_visibility_is_traced() {
     assert!((traced - (1.0 - f[0])).abs() < 3e-3, "traced: {traced} {}", 1.0 - f[0]);
 }
 
+/// The sum over near cells needs cells.
+fn with_cells() -> ProxySettings {
+    ProxySettings { estimate: Some(Estimate::Gather), ..ProxySettings::default() }
+}
+
 fn picture(scene: &Scene, decompose: &DecomposeSettings) -> nearfar::film::Film {
     let w = world(scene, *backends().last().unwrap());
-    let (photon, record, direct) = (
-        Default::default(),
-        RecordSettings { spp: 4, ..RecordSettings::default() },
-        Default::default(),
-    );
+    let (photon, record, direct) =
+        (with_cells(), RecordSettings { spp: 4, ..RecordSettings::default() }, Default::default());
     let near_cell = decompose.lengths(w.diagonal).near_cell;
     render(
         &w,
@@ -325,7 +328,7 @@ fn surfaces_that_hide_each_other() {
         let run = Run::new(2).unwrap();
         let default = DecomposeSettings::default();
         let (photon, record, direct) = (
-            Default::default(),
+            with_cells(),
             RecordSettings { spp: 1, ..RecordSettings::default() },
             Default::default(),
         );

@@ -1,7 +1,7 @@
 //! What a proxy knows apart from the scene, as rows of numbers that a file can keep.
 //!
-//! A row is a cell with the light of its two sides, or a part of a place. Rows of cells stand in the
-//! order that scene and piece size decide, so they say nothing of geometry:
+//! A row is a cell with the light of its two sides, or a part of a place. Rows of cells stand in
+//! the order that scene and piece size decide, so they say nothing of geometry:
 //! [`super::Proxy::restore`] puts them back on the surfaces of the same scene.
 //!
 //! Guarantee  a row read back gives the same bits. Cost 53 B a cell, 69 B a part.

@@ -16,7 +16,7 @@ choices! {
         /// k nearest photons around the centroid over the area of surface that lies inside their
         /// sphere.
         Density = "density",
-        /// No photons and no cells: places where rays land, with the light that their own rays find.
+        /// No photons, no cells: places where rays land, with the light that their own rays find.
         Places = "places",
     }
 }
@@ -38,8 +38,8 @@ section! {
         max_radius: Length = Length::PercentOfDiagonal(5.0), in above(0.0);
         /// Cosine of the largest angle between normals that share photons; 0.7 is 45°.
         normal_agreement: f32 = 0.7, in from(0.0).to(0.999);
-        /// Shadow rays per cell side; `gather` shoots one to sides that nothing reached. The most for
-        /// a place.
+        /// Shadow rays per cell side; `gather` shoots one to sides that nothing reached. For places
+        /// the most.
         direct_samples: u32 = 8, in from(1.0).to(4096.0), unit "shadow rays";
         /// Rays per cell side with `gather`, half as many for sides the picture sees only by way of
         /// others. With `places`, a quarter of it to four times as many, by need and noise.

@@ -157,7 +157,7 @@ impl DecomposeSettings {
     pub fn suits(&self, proxy: &ProxySettings) -> Result<()> {
         if self.sums_cells() && proxy.estimate() == Estimate::Places {
             return Err(Error::setting(
-                "proxy.estimate()",
+                "proxy.estimate",
                 "\"places\" leaves no cells for decompose.near_visibility to sum over; set \
                  proxy.estimate = \"gather\", or decompose.near_visibility = \"rays\"",
             ));

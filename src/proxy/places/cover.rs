@@ -2,8 +2,11 @@
 //!
 //! All landings with the key of the size that suits them make a place; at most [`MEMBERS`] of them
 //! become its points. A place that something divides has a part for each of the sets that see each
-//! other: the first point left leads, and takes along all that it sees.
+//! other: the first point left leads, and takes along all that it sees. A place of one part is
+//! clear where the first point sees its four corners too, for whatever divides a square hides one
+//! of them; on other places every landing is asked what it sees.
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{Light, Part, Place, Places};
@@ -19,17 +22,19 @@ const MEMBERS: usize = 8;
 const LIFT: [f32; 2] = [0.02, 0.06];
 /// What a shared place holds beyond its outermost points, in sizes, along its normal.
 const SLACK: f32 = 0.1;
+/// Corners are looked for at this share of the way to them.
+const INNER: f32 = 0.98;
 /// Levels from a place up to its neighbourhood.
 const AROUND: i32 = 5;
 
 /// A point of a place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
-    pub p: glam::Vec3,
+    pub p: Vec3,
     /// Unit geometric normal of the side.
-    pub ng: glam::Vec3,
+    pub ng: Vec3,
     /// Unit shading normal of the side.
-    pub ns: glam::Vec3,
+    pub ns: Vec3,
 }
 
 impl Point {
@@ -52,6 +57,17 @@ pub(super) struct NewPart {
     pub around: u64,
 }
 
+/// What a place consists of.
+struct Divided {
+    parts: Vec<(Part, NewPart)>,
+    /// One part, and nothing hides the corners of the place from its first point.
+    clear: bool,
+    /// Triangles share the place.
+    shared: bool,
+    /// Short rays it took.
+    short: u64,
+}
+
 /// A landing by key: `(key, index, level)`.
 type Keyed = (u64, u32, i32);
 
@@ -70,17 +86,16 @@ impl Places {
             .chunk_by(|a, b| a.0 == b.0)
             .filter(|place| !self.index.contains_key(&place[0].0))
             .collect();
-        let divided: Vec<Vec<(Part, NewPart)>> =
+        let divided: Vec<Divided> =
             places.par_iter().map(|place| self.divide(world, landings, place)).collect();
         let (mut out, mut rays) = (Vec::new(), 0);
         self.index.reserve(places.len());
-        for (place, parts) in places.iter().zip(divided) {
-            let whole = matches!(&parts[..], [(part, _)] if part.heights[1] == f32::INFINITY);
+        for (place, Divided { parts, clear, shared, short }) in places.iter().zip(divided) {
             let (first, count) = (self.parts.len() as u32, parts.len() as u16);
-            self.index.insert(place[0].0, Place { first, parts: count, whole });
-            for (i, (part, new)) in parts.into_iter().enumerate() {
-                // A point was asked for by the leader of its part and those of the parts before.
-                rays += (new.points.len() * (i + 1)) as u64 - 1;
+            let place_of = Place { first, parts: count, clear, whole: clear && !shared };
+            self.index.insert(place[0].0, place_of);
+            rays += short;
+            for (part, new) in parts {
                 self.parts.push(part);
                 self.lights.push(Light::default());
                 out.push(new);
@@ -90,7 +105,7 @@ impl Places {
     }
 
     /// The parts of a place.
-    fn divide(&self, world: &World, landings: &[Landing], place: &[Keyed]) -> Vec<(Part, NewPart)> {
+    fn divide(&self, world: &World, landings: &[Landing], place: &[Keyed]) -> Divided {
         let (key, first, level) = place[0];
         let count = place.len().min(MEMBERS);
         let spot = self.grids.spot(world, &landings[first as usize]);
@@ -102,10 +117,12 @@ impl Places {
             .map(|i| place[i * place.len() / count].1)
             .map(|landing| Point::new(world, &landings[landing as usize]))
             .collect();
-        let mut parts = Vec::new();
+        let (mut parts, mut short) = (Vec::new(), 0);
         while let Some((&leader, others)) = left.split_first() {
+            let at = (leader.p, leader.ng);
             let (seen, hidden): (Vec<Point>, Vec<Point>) =
-                others.iter().partition(|o| sees(world, &leader, o, lift));
+                others.iter().partition(|o| sees(world, at, (o.p, o.ng), lift));
+            short += others.len() as u64;
             let points: Vec<Point> = std::iter::once(leader).chain(seen).collect();
             let heights = points.iter().map(|o| (o.p - leader.p).dot(leader.ng));
             let (low, high) = heights.fold((0.0f32, 0.0f32), |(l, h), x| (l.min(x), h.max(x)));
@@ -117,12 +134,36 @@ impl Places {
             parts.push((part, NewPart { element, points, landings, around }));
             left = hidden;
         }
-        parts
+        let mut clear = parts.len() == 1;
+        if clear {
+            let first = &landings[first as usize];
+            let corners = self.grids.corners(&spot, level);
+            clear = corners.into_iter().all(|corner| {
+                short += 1;
+                let corner = if shared { corner } else { within(world, first, corner) };
+                let inner = first.p + (corner - first.p) * INNER;
+                sees(world, (first.p, spot.normal), (inner, spot.normal), lift)
+            });
+        }
+        Divided { parts, clear, shared, short }
     }
 }
 
-/// Whether one lifted point sees another.
-fn sees(world: &World, from: &Point, to: &Point, lift: f32) -> bool {
-    let lifted = |at: &Point| offset_origin(at.p, at.ng, world.diagonal) + at.ng * lift;
+/// Where the way from a landing to a point of its plane leaves its triangle, or that point.
+fn within(world: &World, landing: &Landing, to: Vec3) -> Vec3 {
+    let [a, b, c] = world.geometry.corners(landing.triangle);
+    let (e1, e2, way) = (b - a, c - a, to - landing.p);
+    let n = e1.cross(e2);
+    let area = n.length_squared().max(f32::MIN_POSITIVE);
+    let (du, dv) = (way.cross(e2).dot(n) / area, e1.cross(way).dot(n) / area);
+    let weights = [(landing.u, du), (landing.v, dv), (1.0 - landing.u - landing.v, -du - dv)];
+    let falling = weights.into_iter().filter(|&(_, change)| change < 0.0);
+    let share = falling.map(|(weight, change)| weight.max(0.0) / -change).fold(1.0, f32::min);
+    landing.p + way * share
+}
+
+/// Whether one point with its normal sees another, both lifted.
+pub(super) fn sees(world: &World, from: (Vec3, Vec3), to: (Vec3, Vec3), lift: f32) -> bool {
+    let lifted = |(p, n): (Vec3, Vec3)| offset_origin(p, n, world.diagonal) + n * lift;
     !world.rays.occluded(&Ray::segment(lifted(from), lifted(to)))
 }

@@ -2,8 +2,8 @@
 //!
 //! Sizes are `size · 2^level`. A triangle with an edge of at least that size has places of its own:
 //! one for each side and each square of a grid over the axes that its plane leans to. Smaller
-//! triangles share the cubes of a grid, one place for each way of facing. A key is a hash of 64 bits
-//! of all that: among a million places two collide with a chance of one in thirty million.
+//! triangles share the cubes of a grid, one place for each way of facing. A key is a hash of all
+//! that, of 64 bits: of a million places two have the same by a chance of one in thirty million.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -51,6 +51,18 @@ fn power_of_two(exponent: i32) -> f32 {
     f32::from_bits(((exponent.clamp(LEVELS[0], LEVELS[1]) + 127) as u32) << 23)
 }
 
+/// The two axes along which a surface is cut into squares, and that across.
+fn axes(normal: Vec3) -> [usize; 3] {
+    let n = normal.abs();
+    if n.x >= n.y && n.x >= n.z {
+        [1, 2, 0]
+    } else if n.y >= n.z {
+        [2, 0, 1]
+    } else {
+        [0, 1, 2]
+    }
+}
+
 impl Grids {
     pub fn new(world: &World, size: f32, reach: f32) -> Self {
         let geometry = &world.geometry;
@@ -91,7 +103,7 @@ impl Grids {
     }
 
     pub fn key(&self, spot: &Spot, level: i32) -> u64 {
-        let at = (spot.p / self.size_at(level) + ASIDE).floor().as_i64vec3();
+        let at = self.cell(spot, level).as_i64vec3();
         let pair = |a: i64, b: i64| (a as u64 & 0xffff_ffff) | (b as u64) << 32;
         let hash = |what: u64, place: u64| hash64(hash64(what).wrapping_add(place));
         let level_bits = u64::from(level as u8) << 48;
@@ -101,15 +113,26 @@ impl Grids {
             let what = facing << 56 | level_bits | (at.z as u64 & 0xffff_ffff);
             return hash(what, pair(at.x, at.y));
         }
-        let n = spot.normal.abs();
-        let (a, b) = if n.x >= n.y && n.x >= n.z {
-            (at.y, at.z)
-        } else if n.y >= n.z {
-            (at.z, at.x)
-        } else {
-            (at.x, at.y)
-        };
+        let [a, b, _] = axes(spot.normal);
         let what = u64::MAX << 56 | level_bits | u64::from(spot.triangle) << 1 | spot.side as u64;
-        hash(what, pair(a, b))
+        hash(what, pair(at[a], at[b]))
+    }
+
+    fn cell(&self, spot: &Spot, level: i32) -> Vec3 {
+        (spot.p / self.size_at(level) + ASIDE).floor()
+    }
+
+    /// Corners of the square around a spot, in the plane of its triangle.
+    pub fn corners(&self, spot: &Spot, level: i32) -> [Vec3; 4] {
+        let size = self.size_at(level);
+        let low = (self.cell(spot, level) - ASIDE) * size;
+        let (n, p, [a, b, c]) = (spot.normal, spot.p, axes(spot.normal));
+        [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]].map(|[i, j]| {
+            let mut corner = p;
+            corner[a] = low[a] + i * size;
+            corner[b] = low[b] + j * size;
+            corner[c] -= (n[a] * (corner[a] - p[a]) + n[b] * (corner[b] - p[b])) / n[c];
+            corner
+        })
     }
 }

@@ -41,18 +41,16 @@ use glam::Vec3;
 
 use super::{Added, Landing, Need, Piece, PlaceStats, ProxySettings, Reading};
 use crate::error::Result;
-use crate::math::{Ray, offset_origin};
 use crate::radiometry::Rgb;
 use crate::run::Run;
 use crate::shading::World;
+use cover::sees;
 use key::Grids;
 use light::Rays;
 pub(super) use saved::{SavedPlaces, bytes as saved_bytes, floats as saved_floats};
 
 /// Levels that a landing asks for in turn, relative to the one that suits it.
 const STEPS: [i32; 7] = [0, 1, -1, 2, -2, 3, 4];
-/// Steps up from which a landing is asked whether it sees the only part of a place.
-const FAR_UP: i32 = 2;
 
 /// Of more landings that are asked for at once, every second, third, … is heeded.
 const MOST_LANDINGS: usize = 1 << 19;
@@ -89,7 +87,9 @@ struct Place {
     first: u32,
     /// Number of parts.
     parts: u16,
-    /// One part, which holds all landings with the key.
+    /// One part, and nothing hides the corners from it.
+    clear: bool,
+    /// Clear, and holds all landings with the key.
     whole: bool,
 }
 
@@ -180,7 +180,7 @@ impl Places {
         for step in STEPS {
             let key = self.grids.key(&spot, level + step);
             let Some(&place) = self.index.get(&key) else { continue };
-            if place.whole && step < FAR_UP {
+            if place.whole {
                 return Some(place.first);
             }
             let inside = |&i: &u32| {
@@ -190,21 +190,16 @@ impl Places {
             };
             let parts = place.first..place.first + u32::from(place.parts);
             let mut inside = parts.filter(inside);
-            if place.parts == 1 && step < FAR_UP {
+            if place.clear {
                 return inside.next();
             }
             return inside.find(|&i| {
                 self.rays[2].fetch_add(1, Ordering::Relaxed);
-                self.sees(world, landing.p, spot.normal, i)
+                let part = &self.parts[i as usize];
+                sees(world, (landing.p, spot.normal), (part.p, part.ng), part.lift)
             });
         }
         None
-    }
-
-    fn sees(&self, world: &World, p: Vec3, ng: Vec3, part: u32) -> bool {
-        let part = &self.parts[part as usize];
-        let lifted = |p: Vec3, n: Vec3| offset_origin(p, n, world.diagonal) + n * part.lift;
-        !world.rays.occluded(&Ray::segment(lifted(p, ng), lifted(part.p, part.ng)))
     }
 
     /// Light of a landing that no part holds.

@@ -1,4 +1,4 @@
-//! Where light is asked for by views: what lattices of their pixels see, and what lies around there.
+//! Where views ask for light: what lattices of their pixels see, and what lies around there.
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -10,7 +10,8 @@ use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere};
 use crate::scene::Camera;
 use crate::shading::World;
 
-/// Pixels that are looked through, about, whatever the size of the picture.
+/// Pixels that are looked through, about, whatever the size of the picture; of small pictures as
+/// many as they have.
 const PIXELS: f32 = 16_384.0;
 /// Cosine rays from what each of them sees.
 const RAYS: u32 = 16;
@@ -30,6 +31,7 @@ fn look(
     run: &Run,
 ) -> Vec<Landing> {
     let (width, height) = (camera.width as f32, camera.height as f32);
+    let pixels = pixels.min(width * height);
     let columns = (pixels * width / height).sqrt().ceil().max(1.0) as u32;
     let rows = (pixels * height / width).sqrt().ceil().max(1.0) as u32;
     let geometry = &world.geometry;

@@ -13,6 +13,8 @@ const BYTES: usize = 9;
 const FIRST: u8 = 1;
 /// The part holds what lies between its heights; without it, all of its place.
 const SHARED: u8 = 2;
+/// The place has one part, and nothing divides it.
+const CLEAR: u8 = 4;
 
 /// Names of the floats of a row.
 pub(in crate::proxy) fn floats() -> Vec<String> {
@@ -57,7 +59,7 @@ impl SavedPlaces {
             let unit = (Vec3::from_slice(&floats[3..]).length() - 1.0).abs() < 1e-3;
             let flags = bytes[8];
             let begun = i > 0 || flags & FIRST != 0;
-            if !floats.iter().all(|x| x.is_finite()) || !lit || !unit || !begun || flags > 3 {
+            if !floats.iter().all(|x| x.is_finite()) || !lit || !unit || !begun || flags > 7 {
                 return Err(i);
             }
             out.rows.push((floats, bytes));
@@ -83,7 +85,8 @@ impl Places {
             let mut bytes = [0; BYTES];
             bytes[..8].copy_from_slice(&key.to_le_bytes());
             let first = if i == place.first { FIRST } else { 0 };
-            bytes[8] = first | if shared { SHARED } else { 0 };
+            let clear = if place.clear { CLEAR } else { 0 };
+            bytes[8] = first | clear | if shared { SHARED } else { 0 };
             (floats, bytes)
         };
         let parts = |(key, place): &(u64, Place)| {
@@ -106,9 +109,10 @@ impl Places {
             let first = self.parts.len() as u32;
             if flags & FIRST != 0 {
                 key = u64::from_le_bytes(std::array::from_fn(|i| bytes[i]));
-                self.index.insert(key, Place { first, parts: 1, whole: !shared });
+                let clear = flags & CLEAR != 0;
+                self.index.insert(key, Place { first, parts: 1, clear, whole: clear && !shared });
             } else if let Some(place) = self.index.get_mut(&key) {
-                *place = Place { parts: place.parts + 1, whole: false, ..*place };
+                place.parts += 1;
             }
             let heights = if shared { [f[7], f[8]] } else { [f32::NEG_INFINITY, f32::INFINITY] };
             let (p, ng) = (Vec3::from_slice(f), Vec3::from_slice(&f[3..]));

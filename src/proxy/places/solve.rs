@@ -6,8 +6,8 @@
 //! further rays are shot, and the system is solved again. Parts of earlier needs stay as they are
 //! and light the new ones.
 //!
-//! Of `gather_rays` n, a part has n/4 at first, or as many as landings up to n, half as many in each
-//! further round; at the end up to 4 n by how much it is needed and how noisy it is.
+//! Of `gather_rays` n, a part has n/4 at first, or as many as landings up to n, half as many in
+//! each further round; at the end up to 4 n by how much it is needed and how noisy it is.
 
 use rayon::prelude::*;
 
