@@ -42,7 +42,7 @@ section! {
         /// the most.
         direct_samples: u32 = 8, in from(1.0).to(4096.0), unit "shadow rays";
         /// Rays per cell side with `gather`, half as many for sides the picture sees only by way of
-        /// others. With `places`, a quarter of it to four times as many, by need and noise.
+        /// others. With `places`, an eighth of it to four times as many, by need and noise.
         gather_rays: u32 = 16, in from(1.0).to(4096.0), unit "rays";
         /// `gather` only: rounds in which sides hit by the rays of others join in.
         gather_rounds: u32 = 3, in from(1.0).to(16.0), unit "rounds";

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! B(landing) = ρ(landing) · (E_direct + E_indirect)(part of a place that holds the landing)
-//! size of a place ≈ max(size, reach · t), t: length of the ray; more where few rays land
+//! size of a place ≈ max(size, reach · t), t: length of the ray
 //! ```
 //!
 //! A need names landings: for views, some 280,000 of rays from what a lattice of pixels sees. They
@@ -12,8 +12,8 @@
 //! ask for, and what these rays land on is lit in the next round; sweeps over the links solve for
 //! all of it (`solve`).
 //!
-//! Reading looks up the place of a landing, from the size that suits it on upwards, and asks by a
-//! ray which part it sees where there are several. A landing that has none is lit by a path of its
+//! Reading looks up the place of a landing, of the size that suits it or next to that, and asks by
+//! a ray which part it sees where something divides the place. A landing that has none is lit by a path of its
 //! own, one shadow ray at each of its points, to the next part (`light`).
 //!
 //! Guarantees  the same bits for any number of threads and any order of reading: nothing changes
@@ -21,7 +21,7 @@
 //!             need is bounded by its landings, whatever the scene. Both sides of a sheet, both
 //!             faces of a slab and all triangles larger than a place are apart by key.
 //! Not         a bound on the error of a place: its light is a mean over at most eight points.
-//! Cost        some 30 rays a part; reading takes one to eight look-ups and rarely a ray.
+//! Cost        some 30 rays a part; reading takes one to five look-ups and rarely a ray.
 //! Knobs       `proxy.place_size`, `proxy.place_reach`, `proxy.direct_samples`,
 //!             `proxy.gather_rays`.
 
@@ -50,7 +50,7 @@ use light::Rays;
 pub(super) use saved::{SavedPlaces, bytes as saved_bytes, floats as saved_floats};
 
 /// Levels that a landing asks for in turn, relative to the one that suits it.
-const STEPS: [i32; 7] = [0, 1, -1, 2, -2, 3, 4];
+const STEPS: [i32; 5] = [0, 1, -1, 2, -2];
 
 /// Of more landings that are asked for at once, every second, third, … is heeded.
 const MOST_LANDINGS: usize = 1 << 19;

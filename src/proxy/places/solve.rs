@@ -6,8 +6,9 @@
 //! further rays are shot, and the system is solved again. Parts of earlier needs stay as they are
 //! and light the new ones.
 //!
-//! Of `gather_rays` n, a part has n/4 at first, or as many as landings up to n, half as many in
-//! each further round; at the end up to 4 n by how much it is needed and how noisy it is.
+//! Of `gather_rays` n, a part has n/8 at first, or as many as landings up to n, half as many in
+//! each further round; at the end up to 4 n by how much it is needed and how noisy it is, but all
+//! parts together no more than 3/8 n for each landing that was asked for.
 
 use rayon::prelude::*;
 
@@ -40,6 +41,7 @@ impl Places {
         let unknown = |l: &&Landing| self.find(world, l).is_none();
         let unknown = run.install(|| landings.par_iter().filter(unknown).copied().collect());
         let mut open = Open::asked(unknown);
+        let asked = open.landings.len();
         phase.advance(1);
         for round in 0..ROUNDS {
             let (more, short) = run.install(|| self.cover(world, &open.landings));
@@ -47,7 +49,7 @@ impl Places {
             self.made.made.short += short;
             self.close(world, &open, &mut system, run);
             self.shine(world, &more, round, run)?;
-            let fewest = self.gather_rays.div_ceil(4);
+            let fewest = self.gather_rays.div_ceil(8);
             let most = (self.gather_rays >> round).max(fewest);
             open = Open::default();
             let count = |_: usize, part: &NewPart| 0..part.landings.clamp(fewest, most);
@@ -61,9 +63,8 @@ impl Places {
         let first = system.sweep(&mut self.lights, run)?;
         let n = self.gather_rays as f32;
         let wanted = system.wanted(&self.lights, &new, n / 4.0);
-        let further = |i: usize, _: &NewPart| {
-            system.rays[i]..(wanted[i].min(4.0 * n) as u32).max(system.rays[i])
-        };
+        let further = system.further(&wanted, 4.0 * n, 0.375 * n * asked as f32);
+        let further = |i: usize, _: &NewPart| system.rays[i]..system.rays[i] + further[i];
         let (found, mut more) = (self.shoot(world, &new, further, run)?, System::default());
         open = Open::default();
         found.into_iter().for_each(|f| more.push(f, &mut open));

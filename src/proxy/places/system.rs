@@ -193,4 +193,15 @@ impl System {
         };
         new.iter().zip(&own).map(wanted).collect()
     }
+
+    /// Further rays for each part: up to what is wanted and at most `most`, all together within a
+    /// budget for all rays.
+    pub fn further(&self, wanted: &[f32], most: f32, budget: f32) -> Vec<u32> {
+        let lacking = |(&wanted, &rays): (&f32, &u32)| (wanted.min(most) - rays as f32).max(0.0);
+        let lacking: Vec<f32> = wanted.iter().zip(&self.rays).map(lacking).collect();
+        let shot: f32 = self.rays.iter().map(|&rays| rays as f32).sum();
+        let whole: f32 = lacking.iter().sum();
+        let share = ((budget - shot) / whole.max(1.0)).clamp(0.0, 1.0);
+        lacking.into_iter().map(|rays| (rays * share) as u32).collect()
+    }
 }
