@@ -9,6 +9,7 @@ mod world;
 
 pub use lights::{
     DirectSettings, LightSample, LightTable, PhotonEmission, Sky, direct_irradiance, light_visible,
+    shadow_ray,
 };
 pub use surface::Surface;
 pub use world::World;

@@ -4,7 +4,9 @@
 //! E_direct = mean over the points of direct irradiance, one shadow ray each
 //! E_indirect = mean over cosine rays of B where they land, π L of the sky elsewhere
 //! ```
-//! What a ray lands on becomes a link to another part, or a landing that no part holds yet.
+//! What a ray lands on becomes a link to another part, or a landing that no part holds yet. Emitters
+//! are found by both kinds of rays, each weighted by its density over that of both `[Veach97]` §9.2:
+//! a point close to an emitter would have its light from few shadow rays of great weight.
 
 use glam::{Vec2, Vec3};
 
@@ -14,7 +16,7 @@ use crate::math::{Frame, Ray, offset_origin};
 use crate::proxy::Landing;
 use crate::radiometry::{Rgb, luminance};
 use crate::sampling::{Sobol, Stream, hash64, sample_cosine_hemisphere};
-use crate::shading::{World, direct_irradiance};
+use crate::shading::{LightSample, World, shadow_ray};
 
 /// Steps that no path exceeds: white walls would hold it for ever.
 const LONGEST_WALK: u32 = 256;
@@ -47,6 +49,8 @@ pub(super) struct Link {
 pub(super) struct Gathered {
     /// How many, those below the horizon too.
     pub count: u32,
+    /// Sum of the direct irradiance of the emitters that they met.
+    pub emitted: Rgb,
     /// Sum of the irradiance that the sky sent along them.
     pub sky: Rgb,
     /// Sum of its squared luminance.
@@ -61,10 +65,31 @@ pub(super) struct Gathered {
 enum Met {
     /// Irradiance that it stands for.
     Sky(Rgb),
-    /// A surface and its albedo.
-    Surface(Landing, Rgb),
-    /// A black surface, or below the horizon.
+    /// A surface, its albedo, and the direct irradiance that it sends.
+    Surface(Landing, Rgb, Rgb),
+    /// Below the horizon.
     Nothing,
+}
+
+/// Density of cosine rays per steradian, by the cosine.
+fn pdf_cosine(cos: f32) -> f32 {
+    cos.max(0.0) * std::f32::consts::FRAC_1_PI
+}
+
+/// Direct irradiance at a point by one shadow ray, and how many were shot.
+fn shadow(world: &World, at: &Point, pick: f32, uv: Vec2) -> (Rgb, u64) {
+    if world.lights.is_empty() {
+        return (Rgb::ZERO, 0);
+    }
+    let share = |light: &LightSample| match light.is_on_surface() {
+        true => {
+            let pdf = light.pdf_solid_angle;
+            pdf / (pdf + pdf_cosine(at.ns.dot(light.wi)))
+        }
+        false => 1.0,
+    };
+    let e = shadow_ray(world, [at.p, at.ng, at.ns], pick, uv, share);
+    (e.unwrap_or_default(), u64::from(e.is_some()))
 }
 
 fn shoot(world: &World, at: &Point, uv: Vec2, rays: &mut u64) -> Met {
@@ -78,15 +103,22 @@ fn shoot(world: &World, at: &Point, uv: Vec2, rays: &mut u64) -> Met {
         return Met::Sky(world.lights.sky.radiance(wi) * std::f32::consts::PI);
     };
     let albedo = world.geometry.albedo(hit.triangle, hit.u, hit.v);
-    if albedo == Vec3::ZERO {
-        return Met::Nothing;
-    }
-    Met::Surface(Landing::new(world, &ray, &hit), albedo)
+    let pdf_light =
+        world.lights.pdf_solid_angle(ray.origin, at.ns, wi, hit.triangle, ray.at(hit.t));
+    let emitted = match pdf_light > 0.0 {
+        true => {
+            let pdf = pdf_cosine(at.ns.dot(wi));
+            let radiance = world.geometry.material(hit.triangle).emission;
+            radiance * (std::f32::consts::PI * pdf / (pdf + pdf_light))
+        }
+        false => Rgb::ZERO,
+    };
+    Met::Surface(Landing::new(world, &ray, &hit), albedo, emitted)
 }
 
 impl Places {
-    /// Direct light of a part, by a shadow ray for each of its landings, within limits; and how
-    /// many were shot.
+    /// Direct light of a part, but for what gather rays find of it, by a shadow ray for each of its
+    /// landings, within limits; and how many were shot.
     pub(super) fn direct(&self, world: &World, part: &NewPart, most: u32) -> (Rgb, u64) {
         let sobol = Sobol::new(self.seed, Stream::Place, part.element);
         let count = part.landings.clamp(FEWEST_SHADOW_RAYS.min(most), most);
@@ -94,8 +126,7 @@ impl Places {
         for i in 0..count {
             let at = part.points[i as usize % part.points.len()];
             // The lamp is picked by the part's own sequence: stratified over all of its rays.
-            let mut sample = |_: u32| (sobol.sample_1d(i, 1), sobol.sample_2d(i, 2));
-            let (e, shot) = direct_irradiance(world, at.p, at.ng, at.ns, 1, &mut sample);
+            let (e, shot) = shadow(world, &at, sobol.sample_1d(i, 1), sobol.sample_2d(i, 2));
             sum += e;
             rays += shot;
         }
@@ -119,10 +150,16 @@ impl Places {
                     found.sky += e;
                     found.sky_squared += luminance(e) * luminance(e);
                 }
-                Met::Surface(landing, albedo) => match self.find(world, &landing) {
-                    Some(to) => found.links.push(Link { to, weight: albedo }),
-                    None => found.open.push((landing, albedo)),
-                },
+                Met::Surface(landing, albedo, emitted) => {
+                    found.emitted += emitted;
+                    if albedo == Vec3::ZERO {
+                        continue;
+                    }
+                    match self.find(world, &landing) {
+                        Some(to) => found.links.push(Link { to, weight: albedo }),
+                        None => found.open.push((landing, albedo)),
+                    }
+                }
             }
         }
         found
@@ -139,19 +176,24 @@ impl Places {
         let (mut light, mut at, mut beta) = (Light::default(), *landing, Rgb::ONE);
         for step in 0..LONGEST_WALK {
             let point = Point::new(world, &at);
-            let mut sample =
-                |_: u32| (walk.sample_1d(0, 4 * step), walk.sample_2d(0, 4 * step + 1));
-            let (direct, shot) =
-                direct_irradiance(world, point.p, point.ng, point.ns, 1, &mut sample);
+            let (pick, uv) = (walk.sample_1d(0, 4 * step), walk.sample_2d(0, 4 * step + 1));
+            let (direct, shot) = shadow(world, &point, pick, uv);
             rays.shadow += shot;
-            *(if step == 0 { &mut light.direct } else { &mut light.indirect }) += beta * direct;
+            let mut add = |e: Rgb| {
+                *(if step == 0 { &mut light.direct } else { &mut light.indirect }) += beta * e;
+            };
+            add(direct);
             match shoot(world, &point, walk.sample_2d(0, 4 * step + 2), &mut rays.gather) {
                 Met::Nothing => break,
                 Met::Sky(e) => {
                     light.indirect += beta * e;
                     break;
                 }
-                Met::Surface(next, albedo) => {
+                Met::Surface(next, albedo, emitted) => {
+                    add(emitted);
+                    if albedo == Vec3::ZERO {
+                        break;
+                    }
                     beta *= albedo;
                     if let Some(to) = self.find(world, &next) {
                         return (light, Link { to, weight: beta });

@@ -48,14 +48,13 @@ impl Places {
             run.rays.add(RayKind::Shadow, short);
             self.made.made.short += short;
             self.close(world, &open, &mut system, run);
-            self.shine(world, &more, round, run)?;
+            let direct = self.shine(world, &more, round, run)?;
             let fewest = self.gather_rays.div_ceil(8);
             let most = (self.gather_rays >> round).max(fewest);
             open = Open::default();
             let count = |_: usize, part: &NewPart| 0..part.landings.clamp(fewest, most);
-            self.shoot(world, &more, count, run)?
-                .into_iter()
-                .for_each(|f| system.push(f, &mut open));
+            let found = self.shoot(world, &more, count, run)?;
+            direct.into_iter().zip(found).for_each(|(e, found)| system.push(e, found, &mut open));
             new.extend(more);
             phase.advance(1);
         }
@@ -67,7 +66,7 @@ impl Places {
         let further = |i: usize, _: &NewPart| system.rays[i]..system.rays[i] + further[i];
         let (found, mut more) = (self.shoot(world, &new, further, run)?, System::default());
         open = Open::default();
-        found.into_iter().for_each(|f| more.push(f, &mut open));
+        found.into_iter().for_each(|found| more.push(Rgb::ZERO, found, &mut open));
         self.close(world, &open, &mut more, run);
         system = system.join(&more);
         let again = system.sweep(&mut self.lights, run)?;
@@ -82,8 +81,8 @@ impl Places {
         Ok(Added { sides: self.parts.len() - from, sweeps, residual: again.residual })
     }
 
-    /// Direct light of new parts, which are the last.
-    fn shine(&mut self, world: &World, new: &[NewPart], round: u32, run: &Run) -> Result<()> {
+    /// Direct light of parts by shadow rays.
+    fn shine(&self, world: &World, new: &[NewPart], round: u32, run: &Run) -> Result<Vec<Rgb>> {
         let most = (self.direct_samples >> round).max(self.direct_samples.min(4));
         let direct = |part: &NewPart| match run.cancelled() {
             true => (Rgb::ZERO, 0),
@@ -92,12 +91,8 @@ impl Places {
         let found: Vec<(Rgb, u64)> =
             run.install(|| new.par_iter().with_min_len(BLOCK).map(direct).collect());
         run.check()?;
-        let start = self.parts.len() - new.len();
-        for (light, &(direct, _)) in self.lights[start..].iter_mut().zip(&found) {
-            light.direct = direct;
-        }
         run.rays.add(RayKind::Shadow, found.iter().map(|f| f.1).sum());
-        Ok(())
+        Ok(found.into_iter().map(|f| f.0).collect())
     }
 
     /// Gather rays of parts, of each those that `which` tells.

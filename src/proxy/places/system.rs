@@ -33,6 +33,8 @@ pub(super) struct System {
     links: Vec<Link>,
     /// Gather rays of each.
     pub rays: Vec<u32>,
+    /// Direct irradiance by shadow rays, and the sum of what gather rays found of it, W·m⁻².
+    direct: Vec<(Rgb, Rgb)>,
     /// Sum of irradiance that does not come by links, W·m⁻².
     known: Vec<Rgb>,
     /// Sum of squared luminance of what the sky sent.
@@ -82,8 +84,9 @@ impl Moments {
 }
 
 impl System {
-    /// Adds the next part; what it leaves open goes to `open`.
-    pub fn push(&mut self, found: Gathered, open: &mut Open) {
+    /// Adds the next part, of which shadow rays found `direct`; what it leaves open goes to `open`.
+    pub fn push(&mut self, direct: Rgb, found: Gathered, open: &mut Open) {
+        self.direct.push((direct, found.emitted));
         let part = self.known.len() as u32;
         self.rays.push(found.count);
         self.known.push(found.sky);
@@ -120,18 +123,24 @@ impl System {
             out.links.extend(more.links_of(i));
             out.ends.push(out.links.len() as u32);
             out.rays.push(self.rays[i] + more.rays[i]);
+            let (shadow, emitted) = self.direct[i];
+            out.direct.push((shadow, emitted + more.direct[i].1));
             out.known.push(self.known[i] + more.known[i]);
             out.sky_squared.push(self.sky_squared[i] + more.sky_squared[i]);
         }
         out
     }
 
-    /// Sweeps until the indirect irradiance rests of the last parts, which are those of the system.
+    /// Direct light of the last parts, which are those of the system; then sweeps until their
+    /// indirect irradiance rests.
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
     pub fn sweep(&self, lights: &mut [Light], run: &Run) -> Result<Swept> {
         let from = lights.len() - self.known.len();
+        for (i, &(shadow, emitted)) in self.direct.iter().enumerate() {
+            lights[from + i].direct = shadow + emitted / self.rays[i].max(1) as f32;
+        }
         let mut total: Vec<Rgb> = lights.iter().map(|l| l.total()).collect();
         let mut swept = Swept::default();
         while swept.sweeps < SWEEPS {

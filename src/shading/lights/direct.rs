@@ -38,20 +38,33 @@ pub fn direct_irradiance(
         return (Rgb::ZERO, 0);
     }
     let count = if world.lights.is_one_delta() { 1 } else { count };
-    let origin = offset_origin(p, ng, world.diagonal);
     let (mut sum, mut rays) = (Rgb::ZERO, 0);
     for i in 0..count {
         let (pick, uv) = sample(i);
         let pick = ((i as f32 + pick) / count as f32).min(0.999_999_9);
-        let Some(light) = world.lights.sample(origin, n, pick, uv) else { continue };
-        let cos = n.dot(light.wi);
-        if cos <= 0.0 || ng.dot(light.wi) <= 0.0 {
-            continue;
-        }
-        rays += 1;
-        if light_visible(world, &light) {
-            sum += light.weight * cos;
-        }
+        let found = shadow_ray(world, [p, ng, n], pick, uv, |_| 1.0);
+        rays += u64::from(found.is_some());
+        sum += found.unwrap_or_default();
     }
     (sum / count as f32, rays)
+}
+
+/// Irradiance at a surface point (as in [`direct_irradiance`]: position and two normals) by one
+/// shadow ray, with the `share` that its sample has among other ways to find that light. None where
+/// no ray was shot.
+pub fn shadow_ray(
+    world: &World,
+    [p, ng, n]: [Vec3; 3],
+    pick: f32,
+    uv: Vec2,
+    share: impl Fn(&LightSample) -> f32,
+) -> Option<Rgb> {
+    let origin = offset_origin(p, ng, world.diagonal);
+    let light = world.lights.sample(origin, n, pick, uv)?;
+    let cos = n.dot(light.wi);
+    if cos <= 0.0 || ng.dot(light.wi) <= 0.0 {
+        return None;
+    }
+    let lit = light_visible(world, &light);
+    Some(if lit { light.weight * (cos * share(&light)) } else { Rgb::ZERO })
 }

@@ -34,7 +34,7 @@ use crate::scene::{Light, Material, Scene};
 use crate::settings::section;
 use crate::tessellate::Geometry;
 
-pub use direct::{direct_irradiance, light_visible};
+pub use direct::{direct_irradiance, light_visible, shadow_ray};
 use pick::Groups;
 use sky::Bright;
 pub use sky::Sky;
@@ -54,6 +54,14 @@ pub struct LightSample {
     /// Set for tessellated sphere lights: the sample counts only if the closest hit of `ray` is a
     /// triangle of this scene light.
     pub must_hit_light: Option<u32>,
+}
+
+impl LightSample {
+    /// True for a point on emissive triangles, which rays of the surface may meet as well.
+    pub fn is_on_surface(&self) -> bool {
+        let bounded = self.must_hit_light.is_some() || self.ray.t_max.is_finite();
+        bounded && self.pdf_solid_angle.is_finite()
+    }
 }
 
 /// A photon leaving a light.
