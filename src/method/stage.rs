@@ -1,7 +1,8 @@
 //! What every method that looks up the proxy starts from: the proxy, and the camera's samples.
 //!
 //! The same scene, settings and seed give the same [`Stage`] to every method: what differs between
-//! their pictures is the method alone. Phases `cells`, `photons`, `gather`, `record`.
+//! their pictures is the method alone. Phases `places` (or `cells`, `photons`,
+//! `gather`), `record`.
 
 use crate::error::Result;
 use crate::proxy::{Need, PlaceStats, Proxy, ProxyInputs, ProxySettings};

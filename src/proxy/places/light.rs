@@ -4,9 +4,10 @@
 //! E_direct = mean over the points of direct irradiance, one shadow ray each
 //! E_indirect = mean over cosine rays of B where they land, π L of the sky elsewhere
 //! ```
-//! What a ray lands on becomes a link to another part, or a landing that no part holds yet. Emitters
-//! are found by both kinds of rays, each weighted by its density over that of both `[Veach97]` §9.2:
-//! a point close to an emitter would have its light from few shadow rays of great weight.
+//! What a ray lands on becomes a link to another part, or a landing that no part holds yet.
+//! Emitters are found by both kinds of rays, each weighted by its density over that of both
+//! `[Veach97]` §9.2: a point close to an emitter would have its light from few shadow rays of great
+//! weight.
 
 use glam::{Vec2, Vec3};
 
