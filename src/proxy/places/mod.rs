@@ -13,8 +13,8 @@
 //! all of it (`solve`).
 //!
 //! Reading looks up the place of a landing, of the size that suits it or next to that, and asks by
-//! a ray which part it sees where something divides the place. A landing that has none is lit by a path of its
-//! own, one shadow ray at each of its points, to the next part (`light`).
+//! a ray which part it sees where something divides the place. A landing that has none is lit by a
+//! path of its own, one shadow ray at each of its points, to the next part (`light`).
 //!
 //! Guarantees  the same bits for any number of threads and any order of reading: nothing changes
 //!             between two needs, and what a need adds depends on its landings alone. The cost of a
