@@ -13,8 +13,7 @@ use nearfar::method::decompose::{
 };
 use nearfar::method::final_gather::gather;
 use nearfar::method::stage::Inputs;
-use nearfar::proxy::Proxy;
-use nearfar::proxy::{Estimate, ProxySettings};
+use nearfar::proxy::{Estimate, Proxy, ProxySettings};
 use nearfar::radiometry::Rgb;
 use nearfar::record::{RecordSettings, ShadingPoints, camera_samples};
 use nearfar::run::Run;

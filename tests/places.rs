@@ -74,7 +74,7 @@ fn integrating_sphere() {
             assert!((indirect / expected - 1.0).abs() < 0.02, "{size}: {indirect}, not {expected}");
         }
         let found = p.place_stats().unwrap();
-        assert!(found.places > 100 && found.made.gather > 1000, "{found:?}");
+        assert!(found.places > 100 && found.rays.gather > 1000, "{found:?}");
     }
 }
 

@@ -55,7 +55,7 @@ pub struct PlaceStats {
     pub residual: f32,
     /// Rays that lit them.
     #[serde(flatten)]
-    pub made: PlaceRays,
+    pub rays: PlaceRays,
     /// Shadow rays at landings that no place holds.
     pub read_shadow_rays: u64,
     /// Steps of their paths.

@@ -6,13 +6,13 @@
 //! clear where the first point sees its four corners too, for whatever divides a square hides one
 //! of them; on other places every landing is asked what it sees.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::{Light, Part, Place, Places};
-use crate::math::{Ray, offset_origin};
+use crate::math::{Frame, Ray, offset_origin};
 use crate::proxy::Landing;
-use crate::sampling::hash64;
+use crate::sampling::{hash64, sample_cosine_hemisphere};
 use crate::shading::World;
 
 /// Points of a place, at most.
@@ -42,6 +42,13 @@ impl Point {
         let s = world.geometry.surface(landing.triangle, landing.u, landing.v);
         let sign = landing.side.sign();
         Self { p: s.p, ng: s.ng * sign, ns: s.ns * sign }
+    }
+
+    /// A ray over the cosine of the hemisphere; none where it would start into the surface.
+    pub fn cosine_ray(&self, world: &World, uv: Vec2) -> Option<Ray> {
+        let wi = Frame::from_normal(self.ns).world_from_local(sample_cosine_hemisphere(uv));
+        let outwards = wi.dot(self.ng) > 0.0;
+        outwards.then(|| Ray::new(offset_origin(self.p, self.ng, world.diagonal), wi))
     }
 }
 

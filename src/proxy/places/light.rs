@@ -13,10 +13,9 @@ use glam::{Vec2, Vec3};
 
 use super::cover::{NewPart, Point};
 use super::{Light, Places};
-use crate::math::{Frame, Ray, offset_origin};
 use crate::proxy::Landing;
 use crate::radiometry::{Rgb, luminance};
-use crate::sampling::{Sobol, Stream, hash64, sample_cosine_hemisphere};
+use crate::sampling::{Sobol, Stream, hash64};
 use crate::shading::{LightSample, World, shadow_ray};
 
 /// Steps that no path exceeds: white walls would hold it for ever.
@@ -94,12 +93,9 @@ fn shadow(world: &World, at: &Point, pick: f32, uv: Vec2) -> (Rgb, u64) {
 }
 
 fn shoot(world: &World, at: &Point, uv: Vec2, rays: &mut u64) -> Met {
-    let wi = Frame::from_normal(at.ns).world_from_local(sample_cosine_hemisphere(uv));
-    if wi.dot(at.ng) <= 0.0 {
-        return Met::Nothing;
-    }
+    let Some(ray) = at.cosine_ray(world, uv) else { return Met::Nothing };
+    let wi = ray.dir;
     *rays += 1;
-    let ray = Ray::new(offset_origin(at.p, at.ng, world.diagonal), wi);
     let Some(hit) = world.rays.closest(&ray) else {
         return Met::Sky(world.lights.sky.radiance(wi) * std::f32::consts::PI);
     };

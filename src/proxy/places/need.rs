@@ -3,10 +3,11 @@
 use glam::Vec2;
 use rayon::prelude::*;
 
-use crate::math::{Frame, Ray, offset_origin};
+use super::cover::Point;
+use crate::math::Ray;
 use crate::proxy::Landing;
 use crate::run::{RayKind, Run};
-use crate::sampling::{Sobol, Stream, sample_cosine_hemisphere};
+use crate::sampling::{Sobol, Stream};
 use crate::scene::Camera;
 use crate::shading::World;
 
@@ -34,11 +35,10 @@ fn look(
     let pixels = pixels.min(width * height);
     let columns = (pixels * width / height).sqrt().ceil().max(1.0) as u32;
     let rows = (pixels * height / width).sqrt().ceil().max(1.0) as u32;
-    let geometry = &world.geometry;
     let land = |ray: Ray, out: &mut Vec<Landing>| {
         let hit = world.rays.closest(&ray)?;
         let landing = Landing::new(world, &ray, &hit);
-        if geometry.albedo(hit.triangle, hit.u, hit.v).max_element() > 0.0 {
+        if world.geometry.albedo(hit.triangle, hit.u, hit.v).max_element() > 0.0 {
             out.push(landing);
         }
         Some(landing)
@@ -54,15 +54,10 @@ fn look(
             rays += 1;
             let seen = land(Ray::new(camera.eye, camera.direction(pixel)), &mut out);
             let Some(seen) = seen else { continue };
-            let s = geometry.surface(seen.triangle, seen.u, seen.v);
-            let (ng, ns) = (s.ng * seen.side.sign(), s.ns * seen.side.sign());
-            for r in 0..RAYS {
-                let wi = Frame::from_normal(ns)
-                    .world_from_local(sample_cosine_hemisphere(sobol.sample_2d(r, 0)));
-                if wi.dot(ng) > 0.0 {
-                    rays += 1;
-                    land(Ray::new(offset_origin(s.p, ng, world.diagonal), wi), &mut out);
-                }
+            let point = Point::new(world, &seen);
+            for ray in (0..RAYS).filter_map(|r| point.cosine_ray(world, sobol.sample_2d(r, 0))) {
+                rays += 1;
+                land(ray, &mut out);
             }
         }
         run.rays.add(RayKind::Sample, rays);

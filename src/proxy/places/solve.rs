@@ -36,7 +36,7 @@ impl Places {
         let phase = run.phase("places", u64::from(ROUNDS) + 2);
         let from = self.parts.len();
         let shot = || [RayKind::Sample, RayKind::Shadow].map(|kind| run.rays.get(kind));
-        let (before, short_before) = (shot(), self.made.made.short);
+        let (before, short_before) = (shot(), self.made.rays.short);
         let (mut system, mut new) = (System::default(), Vec::new());
         let unknown = |l: &&Landing| self.find(world, l).is_none();
         let unknown = run.install(|| landings.par_iter().filter(unknown).copied().collect());
@@ -46,7 +46,7 @@ impl Places {
         for round in 0..ROUNDS {
             let (more, short) = run.install(|| self.cover(world, &open.landings));
             run.rays.add(RayKind::Shadow, short);
-            self.made.made.short += short;
+            self.made.rays.short += short;
             self.close(world, &open, &mut system, run);
             let direct = self.shine(world, &more, round, run)?;
             let fewest = self.gather_rays.div_ceil(8);
@@ -73,8 +73,8 @@ impl Places {
         phase.advance(1);
         let made = &mut self.made;
         let [gather, shadow] = [0, 1].map(|i| shot()[i] - before[i]);
-        made.made.gather += gather;
-        made.made.shadow += shadow - (made.made.short - short_before);
+        made.rays.gather += gather;
+        made.rays.shadow += shadow - (made.rays.short - short_before);
         made.points += new.iter().map(|part| part.points.len()).sum::<usize>();
         let sweeps = first.sweeps + again.sweeps;
         (made.sweeps, made.residual) = (made.sweeps + sweeps, again.residual);

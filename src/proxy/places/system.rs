@@ -104,7 +104,7 @@ impl System {
     pub fn close(&mut self, open: &Open, ends: impl Iterator<Item = (Light, Link)>) {
         for (&(part, link), (light, end)) in open.at.iter().zip(ends) {
             let link = &mut self.links[link as usize];
-            self.known[part as usize] += link.weight * (light.direct + light.indirect);
+            self.known[part as usize] += link.weight * light.total();
             *link = Link { to: end.to, weight: link.weight * end.weight };
         }
     }
