@@ -9,6 +9,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::key::Spot;
 use super::{Light, Part, Place, Places};
 use crate::math::{Frame, Ray, offset_origin};
 use crate::proxy::Landing;
@@ -62,6 +63,9 @@ pub(super) struct NewPart {
     pub landings: u32,
     /// The same for all parts of its neighbourhood.
     pub around: u64,
+    /// Where its place lies, and at which level.
+    pub spot: Spot,
+    pub level: i32,
 }
 
 /// What a place consists of.
@@ -138,7 +142,7 @@ impl Places {
             let part = Part { p: leader.p, ng: leader.ng, lift, heights };
             let landings = (place.len() * points.len()).div_ceil(count) as u32;
             let element = hash64(key ^ parts.len() as u64);
-            parts.push((part, NewPart { element, points, landings, around }));
+            parts.push((part, NewPart { element, points, landings, around, spot, level }));
             left = hidden;
         }
         let mut clear = parts.len() == 1;

@@ -5,7 +5,7 @@
 //! triangles share the cubes of a grid, one place for each way of facing. A key is a hash of all
 //! that, of 64 bits: of a million places two have the same by a chance of one in thirty million.
 
-use glam::Vec3;
+use glam::{I64Vec3, Vec3};
 use rayon::prelude::*;
 
 use crate::proxy::Landing;
@@ -103,7 +103,22 @@ impl Grids {
     }
 
     pub fn key(&self, spot: &Spot, level: i32) -> u64 {
+        self.key_of(spot, level, self.cell(spot, level).as_i64vec3())
+    }
+
+    /// Keys of the squares or cubes next to that of a spot, of each pair that above.
+    pub fn next(&self, spot: &Spot, level: i32) -> impl Iterator<Item = u64> {
         let at = self.cell(spot, level).as_i64vec3();
+        let [a, b, c] = axes(spot.normal);
+        let axes = [a, b, c].into_iter().take(if self.is_shared(spot, level) { 3 } else { 2 });
+        axes.map(move |axis| {
+            let mut next = at;
+            next[axis] += 1;
+            self.key_of(spot, level, next)
+        })
+    }
+
+    fn key_of(&self, spot: &Spot, level: i32, at: I64Vec3) -> u64 {
         let pair = |a: i64, b: i64| (a as u64 & 0xffff_ffff) | (b as u64) << 32;
         let hash = |what: u64, place: u64| hash64(hash64(what).wrapping_add(place));
         let level_bits = u64::from(level as u8) << 48;

@@ -30,7 +30,9 @@ mod cover;
 mod key;
 mod light;
 mod need;
+mod noise;
 mod saved;
+mod smooth;
 mod solve;
 mod system;
 

@@ -70,6 +70,8 @@ impl Places {
         self.close(world, &open, &mut more, run);
         system = system.join(&more);
         let again = system.sweep(&mut self.lights, run)?;
+        let own = run.install(|| system.moments(&self.lights));
+        self.smooth(world, &new, &own, run);
         phase.advance(1);
         let made = &mut self.made;
         let [gather, shadow] = [0, 1].map(|i| shot()[i] - before[i]);

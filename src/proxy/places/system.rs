@@ -1,4 +1,4 @@
-//! The linear system of new parts, and what it tells of its own noise.
+//! The linear system of new parts.
 //!
 //! ```text
 //! E_i = 1/n_i · (known_i + Σ_j weight_ij · (E_direct + E_indirect)(part ij))
@@ -7,12 +7,9 @@
 //! Ray hits do not depend on light, so the system is swept after all rays are shot (Jacobi,
 //! `[CohenWallace93]` §5.3) at the price of a look-up per ray and sweep.
 
-use std::collections::HashMap;
-
 use rayon::prelude::*;
 
 use super::Light;
-use super::cover::NewPart;
 use super::light::{Gathered, Link};
 use crate::error::Result;
 use crate::proxy::Landing;
@@ -22,8 +19,6 @@ use crate::run::Run;
 /// Most sweeps; they end when one changes the irradiance by less than [`TOLERANCE`].
 const SWEEPS: u32 = 32;
 const TOLERANCE: f64 = 1e-3;
-/// Parts darker than this share of the mean count as so bright, where noise is relative.
-const DARKEST: f32 = 0.1;
 
 /// What gather rays found, for all new parts.
 #[derive(Debug, Default)]
@@ -38,7 +33,7 @@ pub(super) struct System {
     /// Sum of irradiance that does not come by links, W·m⁻².
     known: Vec<Rgb>,
     /// Sum of squared luminance of what the sky sent.
-    sky_squared: Vec<f32>,
+    pub sky_squared: Vec<f32>,
 }
 
 /// Links that have no end yet: the landing, the part that it lights, and the link.
@@ -67,22 +62,6 @@ pub(super) struct Swept {
     pub residual: f32,
 }
 
-/// Samples of some parts: how many, Σ x, Σ x², by luminance of irradiance.
-#[derive(Clone, Copy, Debug, Default)]
-struct Moments([f64; 3]);
-
-impl Moments {
-    fn plus(self, other: Self, sign: f64) -> Self {
-        Self([0, 1, 2].map(|i| self.0[i] + sign * other.0[i]))
-    }
-    /// Mean and standard deviation of a sample.
-    fn spread(self) -> (f32, f32) {
-        let [n, sum, squares] = self.0;
-        let mean = sum / n.max(1.0);
-        (mean as f32, (squares / n.max(1.0) - mean * mean).max(0.0).sqrt() as f32)
-    }
-}
-
 impl System {
     /// Adds the next part, of which shadow rays found `direct`; what it leaves open goes to `open`.
     pub fn push(&mut self, direct: Rgb, found: Gathered, open: &mut Open) {
@@ -109,7 +88,8 @@ impl System {
         }
     }
 
-    fn links_of(&self, i: usize) -> &[Link] {
+    /// Links of the `i`-th part.
+    pub fn links_of(&self, i: usize) -> &[Link] {
         let start = if i == 0 { 0 } else { self.ends[i - 1] };
         &self.links[start as usize..self.ends[i] as usize]
     }
@@ -167,50 +147,5 @@ impl System {
             }
         }
         Ok(swept)
-    }
-
-    /// How many gather rays every part should have: `scale` for each landing, times the relative
-    /// standard deviation of the samples around the part, its own left out. So a part does not
-    /// decide for itself when to stop: one that met a bright patch by luck would be corrected and
-    /// one that missed it would not, and all would come out too dark.
-    pub fn wanted(&self, lights: &[Light], new: &[NewPart], scale: f32) -> Vec<f32> {
-        let from = lights.len() - self.known.len();
-        let own = |i: usize| {
-            let indirect = f64::from(luminance(lights[from + i].indirect));
-            let square = |l: &Link| {
-                let x = luminance(l.weight * lights[l.to as usize].total());
-                f64::from(x) * f64::from(x)
-            };
-            let squares = self.links_of(i).iter().map(square).sum::<f64>();
-            let n = f64::from(self.rays[i]);
-            Moments([n, indirect * n, squares + f64::from(self.sky_squared[i])])
-        };
-        let own: Vec<Moments> = (0..new.len()).into_par_iter().map(own).collect();
-        let mut around: HashMap<u64, Moments> = HashMap::new();
-        let (mut whole, mut landings) = (0.0, 0.0);
-        for ((new, &m), light) in new.iter().zip(&own).zip(&lights[from..]) {
-            let sum = around.entry(new.around).or_default();
-            *sum = sum.plus(m, 1.0);
-            whole += new.landings as f32 * luminance(light.indirect);
-            landings += new.landings as f32;
-        }
-        let darkest = DARKEST * whole / f32::max(landings, 1.0);
-        let wanted = |(new, own): (&NewPart, &Moments)| {
-            let (mean, deviation) = around[&new.around].plus(*own, -1.0).spread();
-            let relative = deviation / (mean.max(0.0) + darkest).max(f32::MIN_POSITIVE);
-            scale * new.landings as f32 * relative
-        };
-        new.iter().zip(&own).map(wanted).collect()
-    }
-
-    /// Further rays for each part: up to what is wanted and at most `most`, all together within a
-    /// budget for all rays.
-    pub fn further(&self, wanted: &[f32], most: f32, budget: f32) -> Vec<u32> {
-        let lacking = |(&wanted, &rays): (&f32, &u32)| (wanted.min(most) - rays as f32).max(0.0);
-        let lacking: Vec<f32> = wanted.iter().zip(&self.rays).map(lacking).collect();
-        let shot: f32 = self.rays.iter().map(|&rays| rays as f32).sum();
-        let whole: f32 = lacking.iter().sum();
-        let share = ((budget - shot) / whole.max(1.0)).clamp(0.0, 1.0);
-        lacking.into_iter().map(|rays| (rays * share) as u32).collect()
     }
 }
