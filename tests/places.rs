@@ -7,7 +7,7 @@ use nearfar::math::Ray;
 use nearfar::proxy::{Estimate, Landing, Need, Proxy, ProxyInputs, ProxySettings, SavedProxy};
 use nearfar::radiometry::Rgb;
 use nearfar::run::{RayKind, Run};
-use nearfar::sampling::{Rng, Stream, sample_uniform_hemisphere};
+use nearfar::sampling::{Rng, Stream, sample_cosine_hemisphere, sample_uniform_hemisphere};
 use nearfar::scene::{Light, Material, Mesh, Scene, Sides};
 use nearfar::shading::World;
 use rayon::prelude::*;
@@ -274,6 +274,12 @@ fn the_program_renders_with_places() {
     let number = |key: &str| told[key].as_u64().unwrap();
     assert!(number("places") > 1000 && number("place_gather_rays") > 4 * number("place_parts"));
     assert!(number("place_points") >= number("place_parts"));
+    let shown = ["--method", "photon-map", "--set", "proxy.estimate=places", "-o", &one];
+    assert!(render(&shown).status.success());
+    let film = nearfar::film::read_exr(std::path::Path::new(&one)).unwrap();
+    let sum = |channel: &str| film.channels[channel].iter().sum::<f32>();
+    assert!(sum("place_size") > 0.0 && sum("place_age") <= 0.0);
+    assert!(sum("place_direct.R") > 0.0 && sum("place_indirect.R") > 0.0);
     // Where cells are summed there are cells.
     let cells =
         render(&["-o", &one, "--set", "decompose.near_visibility=assumed", "--stats", &json]);
@@ -283,4 +289,67 @@ fn the_program_renders_with_places() {
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert!(refused.status.code() == Some(2) && said.contains("leaves no cells"), "{said}");
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Of leaves that are smaller than a place, the sides away from the lamp stay dark, and so do those
+/// that others shade, but for what reflects.
+#[test]
+fn leaves_are_told_apart() {
+    let mut rng = Rng::new(5, Stream::Test, 0, 0);
+    let leaf = |_| {
+        let normal = sample_uniform_hemisphere(rng.next_2d());
+        let (across, along) = normal.any_orthonormal_pair();
+        let [x, y] = rng.next_2d().to_array();
+        (Vec3::new(x, y, rng.next_f32()), across * 0.05, along * 0.05)
+    };
+    let leaves: Vec<_> = (0..800).map(leaf).collect();
+    let lamp = Light::Point { position: Vec3::new(0.5, 0.5, 9.0), intensity: Rgb::splat(50.0) };
+    let w = world(vec![quads(&leaves, 0, Sides::Two)], vec![gray(1e-4)], vec![lamp]);
+    let at = landings(&w, Vec3::splat(0.5), 6000);
+    let p = made(&w, &sized(0.1), &at, 2);
+    let faces = |l: &Landing| {
+        let normal = w.geometry.face_normals[l.triangle as usize] * l.side.sign();
+        normal.dot((Vec3::new(0.5, 0.5, 9.0) - l.p).normalize())
+    };
+    let (lit, dark): (Vec<Landing>, Vec<Landing>) = at.iter().partition(|l| faces(l) > 0.0);
+    let leak = mean_of(&p, &w, &dark) / mean_of(&p, &w, &lit);
+    assert!(lit.len() > 500 && dark.len() > 500 && leak < 1e-3, "{leak}");
+}
+
+/// Neighbours share their light: from seed to seed it differs by less than half of what the gather
+/// rays of each place alone would leave.
+#[test]
+fn neighbours_share_what_they_know() {
+    let shell = quads(&room(Vec3::ZERO, Vec3::new(2.0, 1.0, 1.0)), 0, Sides::One);
+    let wall = quads(&[(Vec3::new(1.0, 0.3, 0.0), Vec3::Y, Vec3::Z)], 0, Sides::Two);
+    let lamp = Light::Point { position: Vec3::new(1.5, 0.2, 0.5), intensity: Rgb::splat(3.0) };
+    let w = world(vec![shell, wall], vec![gray(0.5)], vec![lamp]);
+    let at: Vec<Landing> = landings(&w, Vec3::new(0.5, 0.6, 0.4), 6000)
+        .into_iter()
+        .filter(|l| l.p.y < 1e-4 && l.p.x < 0.9)
+        .collect();
+    let with = |gather_rays: u32, seed: u64| {
+        let settings = ProxySettings { gather_rays, direct_samples: 64, ..sized(0.04) };
+        let inputs = ProxyInputs { near_cell: 0.1, settings: &settings, seed };
+        Proxy::new(&w, inputs, Need::Landings(&at), &Run::new(2).unwrap()).unwrap()
+    };
+    let fine = with(256, 9);
+    let mut rng = Rng::new(4, Stream::Test, 1, 0);
+    let samples: Vec<f32> = at
+        .iter()
+        .map(|l| {
+            let local = sample_cosine_hemisphere(rng.next_2d());
+            let wi = Vec3::new(local.x, local.z, local.y);
+            fine.incident(&w, &Ray::new(l.p + Vec3::Y * 1e-5, wi)).radiance.x * std::f32::consts::PI
+        })
+        .collect();
+    let average = mean(samples.iter().copied());
+    let variance = mean(samples.iter().map(|x| (x - average) * (x - average)));
+    let pair = [1, 2].map(|seed| with(16, seed));
+    let found = pair[0].place_stats().unwrap();
+    let rays = found.rays.gather as f32 / found.parts as f32;
+    let [a, b] = pair.map(|p| at.iter().map(|l| p.read(&w, l).indirect.x).collect::<Vec<f32>>());
+    let scatter = mean(a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b))) / 2.0;
+    let alone = variance / rays;
+    assert!(scatter < 0.25 * alone, "{scatter}, alone {alone}: {rays} rays a place");
 }

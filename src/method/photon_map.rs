@@ -2,8 +2,9 @@
 //!
 //! Every pixel shows the mean over its samples of `L = Le + B / π` of the cell side hit, or the
 //! background: what a far ray of the decomposition sees, emission added. Cells show as facets,
-//! photon noise as blotches. Layers: beauty, `irradiance` (indirect, W·m⁻²), `albedo`, `cell.id`
-//! (at the pixel centre, −1 for background). Radii are not chosen here: `proxy.max_radius` caps
+//! photon noise as blotches. Layers: beauty, `irradiance` (indirect, W·m⁻²), `albedo`, and what is
+//! at the pixel's centre: `cell.id`, and of places (`proxy.estimate = "places"`) their size, direct
+//! and indirect irradiance and age. Radii are not chosen here: `proxy.max_radius` caps
 //! them; `proxy/density.rs` takes that of the k-th photon, `proxy/solve.rs` doubles its own.
 
 use std::path::Path;
@@ -18,7 +19,7 @@ use crate::error::Result;
 use crate::film::{Film, Layer, layer};
 use crate::math::Ray;
 use crate::ply::{self, Columns};
-use crate::proxy::{Landing, Need, Proxy, ProxyInputs, photons};
+use crate::proxy::{Landing, Need, Piece, Proxy, ProxyInputs, ShownPlace, photons};
 use crate::radiometry::Rgb;
 use crate::run::{RayKind, Run};
 use crate::sampling::{Sobol, Stream};
@@ -26,10 +27,18 @@ use crate::shading::World;
 use crate::tessellate::Side;
 
 const CELL: Layer =
-    Layer::one("cell", "id", "cell at the centre of the pixel; −1 where there is none");
+    Layer::one("cell", "id", "cell, or part of a place, at the pixel's centre; −1 for none");
+const PLACE_SIZE: Layer =
+    Layer::alone("place_size", "size of the place at the pixel's centre; 0 where there is none");
+const PLACE_AGE: Layer =
+    Layer::alone("place_age", "needs since that place was made; −1 where there is none");
+const PLACE_DIRECT: Layer = Layer::rgb("place_direct", "direct irradiance of that place, W/m²");
+const PLACE_INDIRECT: Layer =
+    Layer::rgb("place_indirect", "indirect irradiance of that place, W/m²");
 
 /// Layers of the picture.
-pub const LAYERS: [Layer; 3] = [layer::IRRADIANCE, layer::ALBEDO, CELL];
+pub const LAYERS: [Layer; 7] =
+    [layer::IRRADIANCE, layer::ALBEDO, CELL, PLACE_SIZE, PLACE_AGE, PLACE_DIRECT, PLACE_INDIRECT];
 
 /// What is told of the proxy's picture.
 #[derive(Clone, Debug, Serialize)]
@@ -100,18 +109,7 @@ pub fn render(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> 
     for (i, layer) in ["", "irradiance", "albedo"].into_iter().enumerate() {
         film.set_rgb(layer, &pixels.iter().map(|p| p[i]).collect::<Vec<_>>());
     }
-    let ids = run.install(|| {
-        (0..width * height)
-            .into_par_iter()
-            .map(|i| {
-                let pixel = glam::Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
-                let ray = Ray::new(world.camera.eye, world.camera.direction(pixel));
-                let piece = |s| proxy.read(world, &Landing::from(&s)).piece;
-                world.closest(&ray).map_or(-1.0, |s| piece(s).number() as f32)
-            })
-            .collect()
-    });
-    film.set("cell.id", ids);
+    show_pieces(&mut film, world, &proxy, run);
     let stats = proxy.stats();
     let statistics = MethodStatistics::PhotonMap(PhotonMapStatistics {
         cells: stats.cells,
@@ -121,6 +119,37 @@ pub fn render(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> 
         starved_cell_sides: stats.starved,
     });
     Ok(Rendered { film, statistics, locations: Locations::default() })
+}
+
+/// The layers that tell of the piece at the centre of each pixel.
+fn show_pieces(film: &mut Film, world: &World, proxy: &Proxy, run: &Run) {
+    let (width, height) = (film.width, film.height);
+    let piece = |i: u32| {
+        let pixel = glam::Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+        let ray = Ray::new(world.camera.eye, world.camera.direction(pixel));
+        world.closest(&ray).map(|s| proxy.read(world, &Landing::from(&s)).piece)
+    };
+    let pieces: Vec<Option<Piece>> =
+        run.install(|| (0..width * height).into_par_iter().map(piece).collect());
+    let ids = pieces.iter().map(|piece| match piece {
+        Some(piece) if *piece != Piece::NONE => piece.number() as f32,
+        _ => -1.0,
+    });
+    film.set("cell.id", ids.collect());
+    let places: Vec<Option<ShownPlace>> =
+        pieces.iter().map(|piece| piece.and_then(|piece| proxy.shown(piece))).collect();
+    let number = |f: fn(&ShownPlace) -> f32, none: f32| {
+        places.iter().map(|place| place.as_ref().map_or(none, f)).collect::<Vec<f32>>()
+    };
+    let newest = places.iter().flatten().map(|place| place.need).max().unwrap_or(0);
+    let age = |place: &Option<ShownPlace>| place.map_or(-1.0, |p| (newest - p.need) as f32);
+    film.set("place_size", number(|place| place.size, 0.0));
+    film.set("place_age", places.iter().map(age).collect());
+    let colour = |f: fn(&ShownPlace) -> Rgb| {
+        places.iter().map(|place| place.as_ref().map_or(Rgb::ZERO, f)).collect::<Vec<Rgb>>()
+    };
+    film.set_rgb("place_direct", &colour(|place| place.direct));
+    film.set_rgb("place_indirect", &colour(|place| place.indirect));
 }
 
 /// Traces the photons of [`render`] again, the same for the same seed, and writes them as binary

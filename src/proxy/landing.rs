@@ -53,6 +53,9 @@ impl From<&Surface> for Landing {
 pub struct Piece(pub(super) u32);
 
 impl Piece {
+    /// No piece: the light is the landing's own.
+    pub const NONE: Self = Self(u32::MAX);
+
     /// A number that tells pieces apart.
     pub fn number(self) -> u32 {
         self.0
@@ -68,6 +71,19 @@ pub struct Reading {
     pub indirect: Rgb,
     /// Where it comes from.
     pub piece: Piece,
+}
+
+/// A place of the light by need, for pictures of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShownPlace {
+    /// Its size, scene units.
+    pub size: f32,
+    /// Direct irradiance, W·m⁻².
+    pub direct: Rgb,
+    /// Indirect irradiance, W·m⁻².
+    pub indirect: Rgb,
+    /// The need that it was made for, counted from 0: in a film that of the frame.
+    pub need: u32,
 }
 
 /// Light that arrives along a ray.

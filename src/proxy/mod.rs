@@ -65,7 +65,7 @@ mod surface_index;
 mod trace;
 
 pub use facet::Facet;
-pub use landing::{Incident, Landing, Piece, Reading};
+pub use landing::{Incident, Landing, Piece, Reading, ShownPlace};
 pub use proxy::{Need, Proxy, ProxyInputs};
 pub use saved::SavedProxy;
 pub use settings::{Estimate, ProxySettings};

@@ -21,7 +21,7 @@ use super::saved::Saved;
 use super::solve::{extend, solve};
 use super::{
     Added, Estimate, Facet, Incident, Landing, Piece, PlaceStats, ProxySettings, ProxyStats,
-    Reading, SavedProxy,
+    Reading, SavedProxy, ShownPlace,
 };
 use crate::error::{Error, Result};
 use crate::math::Ray;
@@ -202,6 +202,12 @@ impl Proxy {
             indirect: self.light.indirect[at],
             piece: Piece(cell),
         }
+    }
+
+    /// The place that a reading comes from; none for a proxy of cells, and where none holds the
+    /// landing.
+    pub fn shown(&self, piece: Piece) -> Option<ShownPlace> {
+        self.places.as_ref()?.shown(piece)
     }
 
     /// The point that stands for a piece: how near the piece is, is the distance of this point.

@@ -44,6 +44,9 @@ pub struct PlaceStats {
     /// Their parts, each with light of its own.
     #[serde(rename = "place_parts")]
     pub parts: usize,
+    /// Memory of all that, bytes.
+    #[serde(rename = "place_bytes")]
+    pub bytes: usize,
     /// Points that these are lit at.
     #[serde(rename = "place_points")]
     pub points: usize,

@@ -28,7 +28,7 @@ use crate::radiometry::Rgb;
 use crate::scene::Fingerprint;
 use crate::sh::ShRgb;
 
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 /// Settings of the last pass, of sampling the camera, and lengths, which count by their value in
 /// this scene.

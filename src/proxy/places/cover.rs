@@ -10,7 +10,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::key::Spot;
-use super::{Light, Part, Place, Places};
+use super::{LIFT, Light, Part, Place, Places};
 use crate::math::{Frame, Ray, offset_origin};
 use crate::proxy::Landing;
 use crate::sampling::{hash64, sample_cosine_hemisphere};
@@ -18,9 +18,6 @@ use crate::shading::World;
 
 /// Points of a place, at most.
 const MEMBERS: usize = 8;
-/// Height over the surface, in sizes, at which points are asked whether they see each other: on
-/// places of one triangle, and on shared ones, where surfaces may bend.
-const LIFT: [f32; 2] = [0.02, 0.06];
 /// What a shared place holds beyond its outermost points, in sizes, along its normal.
 const SLACK: f32 = 0.1;
 /// Corners are looked for at this share of the way to them.
@@ -139,7 +136,7 @@ impl Places {
             let (low, high) = heights.fold((0.0f32, 0.0f32), |(l, h), x| (l.min(x), h.max(x)));
             let slack = if shared { SLACK * size } else { f32::INFINITY };
             let heights = [low - slack, high + slack];
-            let part = Part { p: leader.p, ng: leader.ng, lift, heights };
+            let part = Part { p: leader.p, ng: leader.ng, size, heights, need: self.needs };
             let landings = (place.len() * points.len()).div_ceil(count) as u32;
             let element = hash64(key ^ parts.len() as u64);
             parts.push((part, NewPart { element, points, landings, around, spot, level }));

@@ -77,6 +77,11 @@ impl Grids {
         Self { size, reach, own_up_to }
     }
 
+    /// What it holds of memory.
+    pub fn bytes(&self) -> usize {
+        self.own_up_to.capacity()
+    }
+
     pub fn spot(&self, world: &World, landing: &Landing) -> Spot {
         let Landing { p, triangle, side, .. } = *landing;
         let normal = world.geometry.face_normals[triangle as usize] * side.sign();

@@ -10,7 +10,7 @@
 //! face one way (`key`); what surfaces divide has a part for each set of points that see each
 //! other. Parts are lit by rays from the points where rays landed (`light`), as many as landings
 //! ask for, and what these rays land on is lit in the next round; sweeps over the links solve for
-//! all of it (`solve`).
+//! all of it (`solve`). At the end neighbours share what they know (`smooth`).
 //!
 //! Reading looks up the place of a landing, of the size that suits it or next to that, and asks by
 //! a ray which part it sees where something divides the place. A landing that has none is lit by a
@@ -42,7 +42,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
 
-use super::{Added, Landing, Need, Piece, PlaceStats, ProxySettings, Reading};
+use super::{Added, Landing, Need, Piece, PlaceStats, ProxySettings, Reading, ShownPlace};
 use crate::error::Result;
 use crate::radiometry::Rgb;
 use crate::run::Run;
@@ -54,6 +54,10 @@ pub(super) use saved::{SavedPlaces, bytes as saved_bytes, floats as saved_floats
 
 /// Levels that a landing asks for in turn, relative to the one that suits it.
 const STEPS: [i32; 5] = [0, 1, -1, 2, -2];
+
+/// Height over the surface, in sizes, at which points are asked whether they see each other: on
+/// places of one triangle, and on shared ones, where surfaces may bend.
+const LIFT: [f32; 2] = [0.02, 0.06];
 
 /// Of more landings that are asked for at once, every second, third, … is heeded.
 const MOST_LANDINGS: usize = 1 << 19;
@@ -77,10 +81,24 @@ struct Part {
     /// One of its points, and the unit geometric normal of the side there.
     p: Vec3,
     ng: Vec3,
-    /// Height over the surface at which sight is asked for, scene units.
-    lift: f32,
-    /// Heights over that point between which it lies.
+    /// Size of its place, scene units.
+    size: f32,
+    /// Heights over that point between which it lies; all of them where no triangles share the
+    /// place.
     heights: [f32; 2],
+    /// The need that it was made for, counted from 0.
+    need: u32,
+}
+
+impl Part {
+    fn is_shared(&self) -> bool {
+        self.heights[1].is_finite()
+    }
+
+    /// Height over the surface at which sight is asked for, scene units.
+    fn lift(&self) -> f32 {
+        LIFT[usize::from(self.is_shared())] * self.size
+    }
 }
 
 /// A place.
@@ -124,6 +142,8 @@ pub(super) struct Places {
     parts: Vec<Part>,
     /// Of each part.
     lights: Vec<Light>,
+    /// Needs so far.
+    needs: u32,
     /// How they were made.
     made: PlaceStats,
     /// Rays shot by reading: shadow, gather, short.
@@ -140,6 +160,7 @@ impl Places {
             index: HashMap::default(),
             parts: Vec::new(),
             lights: Vec::new(),
+            needs: 0,
             made: PlaceStats::default(),
             rays: Default::default(),
         }
@@ -167,13 +188,13 @@ impl Places {
     pub fn read(&self, world: &World, landing: &Landing) -> Reading {
         let albedo = world.geometry.albedo(landing.triangle, landing.u, landing.v);
         if albedo == Rgb::ZERO {
-            return Reading { radiosity: Rgb::ZERO, indirect: Rgb::ZERO, piece: Piece(u32::MAX) };
+            return Reading { radiosity: Rgb::ZERO, indirect: Rgb::ZERO, piece: Piece::NONE };
         }
-        let (light, part) = match self.find(world, landing) {
-            Some(part) => (self.lights[part as usize], part),
-            None => (self.alone(world, landing), u32::MAX),
+        let (light, piece) = match self.find(world, landing) {
+            Some(part) => (self.lights[part as usize], Piece(part)),
+            None => (self.alone(world, landing), Piece::NONE),
         };
-        Reading { radiosity: albedo * light.total(), indirect: light.indirect, piece: Piece(part) }
+        Reading { radiosity: albedo * light.total(), indirect: light.indirect, piece }
     }
 
     /// The part that holds a landing.
@@ -199,7 +220,7 @@ impl Places {
             return inside.find(|&i| {
                 self.rays[2].fetch_add(1, Ordering::Relaxed);
                 let part = &self.parts[i as usize];
-                sees(world, (landing.p, spot.normal), (part.p, part.ng), part.lift)
+                sees(world, (landing.p, spot.normal), (part.p, part.ng), part.lift())
             });
         }
         None
@@ -217,12 +238,28 @@ impl Places {
         light
     }
 
+    /// What they hold of memory.
+    fn bytes(&self) -> usize {
+        self.index.capacity() * size_of::<(u64, Place)>()
+            + self.parts.capacity() * size_of::<Part>()
+            + self.lights.capacity() * size_of::<Light>()
+            + self.grids.bytes()
+    }
+
+    /// A place as pictures show it.
+    pub fn shown(&self, piece: Piece) -> Option<ShownPlace> {
+        let part = self.parts.get(piece.0 as usize)?;
+        let Light { direct, indirect } = self.lights[piece.0 as usize];
+        Some(ShownPlace { size: part.size, direct, indirect, need: part.need })
+    }
+
     /// How they were made, and what reading them took so far.
     pub fn stats(&self) -> PlaceStats {
         let [shadow, gather, short] = [0, 1, 2].map(|i| self.rays[i].load(Ordering::Relaxed));
         PlaceStats {
             places: self.index.len(),
             parts: self.parts.len(),
+            bytes: self.bytes(),
             read_shadow_rays: shadow,
             read_gather_rays: gather,
             read_short_rays: short,

@@ -7,8 +7,8 @@ use crate::radiometry::Rgb;
 
 /// Floats in a row.
 const FLOATS: usize = 15;
-/// The key of the place, low byte first, and flags.
-const BYTES: usize = 9;
+/// The key of the place, flags, and the number of the need, low bytes first.
+const BYTES: usize = 13;
 /// The part is the first of its place.
 const FIRST: u8 = 1;
 /// The part holds what lies between its heights; without it, all of its place.
@@ -19,7 +19,7 @@ const CLEAR: u8 = 4;
 /// Names of the floats of a row.
 pub(in crate::proxy) fn floats() -> Vec<String> {
     let mut names: Vec<String> =
-        ["x", "y", "z", "nx", "ny", "nz", "lift", "low", "high"].map(String::from).into();
+        ["x", "y", "z", "nx", "ny", "nz", "size", "low", "high"].map(String::from).into();
     for quantity in ["direct", "indirect"] {
         names.extend(["r", "g", "b"].map(|c| format!("{quantity}_{c}")));
     }
@@ -28,7 +28,11 @@ pub(in crate::proxy) fn floats() -> Vec<String> {
 
 /// Names of the bytes of a row.
 pub(in crate::proxy) fn bytes() -> Vec<String> {
-    (0..8).map(|i| format!("key_{i}")).chain(["flags".to_owned()]).collect()
+    (0..8)
+        .map(|i| format!("key_{i}"))
+        .chain(["flags".to_owned()])
+        .chain((0..4).map(|i| format!("need_{i}")))
+        .collect()
 }
 
 /// Places without the scene that they belong to.
@@ -74,12 +78,12 @@ impl Places {
         places.sort_unstable_by_key(|(_, place)| place.first);
         let row = |key: u64, place: &Place, i: u32| {
             let (part, light) = (&self.parts[i as usize], &self.lights[i as usize]);
-            let shared = part.heights[1].is_finite();
+            let shared = part.is_shared();
             let heights = if shared { part.heights } else { [0.0; 2] };
             let mut floats = [0.0; FLOATS];
             floats[..3].copy_from_slice(&part.p.to_array());
             floats[3..6].copy_from_slice(&part.ng.to_array());
-            floats[6..9].copy_from_slice(&[part.lift, heights[0], heights[1]]);
+            floats[6..9].copy_from_slice(&[part.size, heights[0], heights[1]]);
             floats[9..12].copy_from_slice(&light.direct.to_array());
             floats[12..].copy_from_slice(&light.indirect.to_array());
             let mut bytes = [0; BYTES];
@@ -87,6 +91,7 @@ impl Places {
             let first = if i == place.first { FIRST } else { 0 };
             let clear = if place.clear { CLEAR } else { 0 };
             bytes[8] = first | clear | if shared { SHARED } else { 0 };
+            bytes[9..].copy_from_slice(&part.need.to_le_bytes());
             (floats, bytes)
         };
         let parts = |(key, place): &(u64, Place)| {
@@ -116,7 +121,9 @@ impl Places {
             }
             let heights = if shared { [f[7], f[8]] } else { [f32::NEG_INFINITY, f32::INFINITY] };
             let (p, ng) = (Vec3::from_slice(f), Vec3::from_slice(&f[3..]));
-            self.parts.push(Part { p, ng, lift: f[6], heights });
+            let need = u32::from_le_bytes(std::array::from_fn(|i| bytes[9 + i]));
+            self.needs = self.needs.max(need.saturating_add(1));
+            self.parts.push(Part { p, ng, size: f[6], heights, need });
             let colour = |at: usize| Rgb::from_slice(&f[at..]);
             self.lights.push(Light { direct: colour(9), indirect: colour(12) });
         }

@@ -95,9 +95,8 @@ impl Places {
                 let (e, w) = mine.iter().fold((n * known[i], n), add);
                 if w > 0.0 { e / w } else { known[i] }
             };
-            x = run.install(|| {
-                (0..new.len()).into_par_iter().with_min_len(1024).map(step).collect()
-            });
+            x = run
+                .install(|| (0..new.len()).into_par_iter().with_min_len(1024).map(step).collect());
         }
         self.lights[from..].iter_mut().zip(x).for_each(|(light, x)| light.indirect = x);
     }
@@ -118,7 +117,7 @@ impl Places {
                     }
                     let other = &self.parts[j as usize];
                     rays += 1;
-                    if sees(world, at, (other.p, other.ng), leader.lift) {
+                    if sees(world, at, (other.p, other.ng), leader.lift()) {
                         found.push((i as u32, j - from as u32));
                     }
                 }

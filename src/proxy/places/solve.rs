@@ -75,6 +75,7 @@ impl Places {
         phase.advance(1);
         let made = &mut self.made;
         let [gather, shadow] = [0, 1].map(|i| shot()[i] - before[i]);
+        self.needs += 1;
         made.rays.gather += gather;
         made.rays.shadow += shadow - (made.rays.short - short_before);
         made.points += new.iter().map(|part| part.points.len()).sum::<usize>();
