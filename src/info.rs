@@ -26,6 +26,8 @@ pub struct MaterialLine {
     pub triangles: usize,
     /// Reflectance, before textures.
     pub albedo: [f32; 3],
+    /// Greatest channel of the reflectance anywhere.
+    pub brightest: f32,
     /// Texture file.
     pub texture: Option<String>,
     /// Emitted radiance.
@@ -107,9 +109,9 @@ pub fn scene_info(loaded: &Loaded, world: &World) -> SceneInfo {
     );
     let materials = materials(g);
     for m in &materials {
-        if m.albedo.iter().any(|&a| a >= MAX_ALBEDO) {
+        if m.brightest > MAX_ALBEDO {
             warnings.push(format!(
-                "material \"{}\" has an albedo of {MAX_ALBEDO} or more and is darkened to it",
+                "material \"{}\" has an albedo above {MAX_ALBEDO} and is darkened to it",
                 m.name
             ));
         }
@@ -171,6 +173,10 @@ fn materials(g: &Geometry) -> Vec<MaterialLine> {
         name: m.name.clone(),
         triangles,
         albedo: m.albedo.to_array(),
+        brightest: {
+            let texel = m.albedo_texture.map_or(Rgb::ONE, |t| g.textures[t as usize].brightest());
+            (m.albedo * texel).max_element()
+        },
         texture: m.albedo_texture.map(|t| g.textures[t as usize].name.clone()),
         emission: m.emission.to_array(),
         masked: m.opacity_texture.is_some() || m.opacity < 0.5,

@@ -50,6 +50,7 @@
 //!   Jensen, Jarosz, "Practical Hessian-based error control for irradiance caching".
 //! * `[Jensen96]` Jensen, "Global illumination using photon maps". `[Veach97]` Veach, PhD thesis
 //!   (MIS, §9.2).
+//! * `[VanOosterom83]` van Oosterom, Strackee, "The solid angle of a plane triangle".
 //! * `[CC78]` Catmull, Clark, "Recursively generated B-spline surfaces on arbitrary topological
 //!   meshes". `[DKT98]` DeRose, Kass, Truong, "Subdivision surfaces in character animation".
 //!   `[HKD93]` Halstead, Kass, DeRose, "Efficient, fair interpolation using Catmull-Clark

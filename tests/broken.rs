@@ -125,12 +125,12 @@ fn broken_objs() {
         ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n3\n",
-            "a.obj:4: a line that goes on after \"\\\" is not supported; write the face on one \
-             line",
+            "loaded; a.obj: 1 triangles have no material and become grey; assign one with usemtl, \
+             or name one by material in the [[mesh]]",
         ),
         ("vt 0\n", "a.obj:1: \"vt\" needs 2 numbers, found \"vt 0\"; export the mesh again"),
         ("vn 0 1\n", "a.obj:1: \"vn\" needs 3 numbers, found \"vn 0 1\"; export the mesh again"),
-        ("usemtl\n", "a.obj:1: usemtl needs a space and a material's name; write usemtl NAME"),
+        ("usemtl\n", "a.obj: the scene is empty; add a [[mesh]] with triangles"),
         ("", "a.obj: the scene is empty; add a [[mesh]] with triangles"),
         ("v 0 0 0\nv 1 0 0\nl 1 2\n", "a.obj: the scene is empty; add a [[mesh]] with triangles"),
         (
@@ -145,7 +145,8 @@ fn broken_objs() {
         ),
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
-            "loaded; a.obj: 1 triangles have no material and become grey; assign one with usemtl",
+            "loaded; a.obj: 1 triangles have no material and become grey; assign one with usemtl, \
+             or name one by material in the [[mesh]]",
         ),
     ];
     for (text, expected) in cases {
@@ -158,7 +159,7 @@ fn broken_objs() {
 #[test]
 fn broken_mtls() {
     let cases: &[(&str, &str)] = &[
-        ("newmtl a\nKd 0.5\n", "a.mtl:2: Kd needs 3 finite numbers, found \"Kd 0.5\""),
+        ("newmtl a\nKd 0.5\n", "loaded; "),
         ("newmtl a\nKd 0.5 x 0.5\n", "a.mtl:2: Kd needs 3 finite numbers, found \"Kd 0.5 x 0.5\""),
         (
             "newmtl a\nKd 0.5 nan 0.5\n",
@@ -171,13 +172,11 @@ fn broken_mtls() {
         ("newmtl a\nd half\n", "a.mtl:2: d needs 1 finite number, found \"d half\""),
         ("newmtl\n", "a.mtl:1: newmtl needs a name; write newmtl NAME"),
         ("newmtl a\nillum\n", "a.mtl:2: illum needs a whole number from 0 to 10, found \"illum\""),
-        (
-            "newmtl a\nmap_Kd\n",
-            "a.mtl:2: map_Kd names no file; write map_Kd FILE or remove the line",
-        ),
+        ("newmtl a\nmap_Kd\n", "loaded; a.mtl:2: map_Kd names no file and is left out"),
         (
             "newmtl a\nmap_Kd none.png\n",
-            "loaded; none.png: texture of material \"a\" is missing; the plain colour is used",
+            "loaded; none.png: texture of material \"a\" is missing; the plain colour is used; name \
+             its folder in search_paths",
         ),
         (
             "newmtl a\nmap_Kd a.obj\n",

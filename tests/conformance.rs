@@ -448,7 +448,7 @@ fn checker(n: u32) -> Texture {
     let mask = (0..n * n)
         .map(|i| if (i % n + (n - 1 - i / n)).is_multiple_of(2) { 255 } else { 0 })
         .collect();
-    Texture { name: "checker".into(), width: n, height: n, srgb: Vec::new(), mask }
+    Texture { name: "checker".into(), width: n, height: n, mask, ..Texture::default() }
 }
 
 #[test]

@@ -336,9 +336,10 @@ fn text_curves_are_read() {
         ),
         ("0 0\n", "a.curves:1: a point is x y z radius, found 2 numbers"),
         (
-            "0 0 0 1\n0 1 0 1\n\n5 5 5 1\n\n",
-            "a.curves:4: a curve has a single point; add points, or remove the empty line after it",
+            "0 0 0 1\n0 1 0 1\n\n5 5 5 1\n\n4 4 4 1\n4 4 4 1\n",
+            "loaded; a.curves: 2 curves are but a point and are left out",
         ),
+        ("5 5 5 1\n", "a.curves: holds no curves; export it again"),
         ("# nothing\n", "a.curves: holds no curves; export it again"),
     ];
     for (text, expected) in cases {

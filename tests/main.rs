@@ -18,6 +18,7 @@ mod decompose;
 mod denoise;
 mod examples;
 mod export;
+mod faults;
 mod gallery;
 mod guide;
 mod info;

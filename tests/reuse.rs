@@ -260,9 +260,9 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
         let bytes = [&good[..at], to.as_bytes(), &good[at + from.len()..]].concat();
         std::fs::write(&file, bytes).unwrap();
     };
-    text("decomposition 4", "decomposition 7");
-    refused(&own, "is of version 7; this program reads \"nearfar decomposition 4\"");
-    text("nearfar decomposition 4", "nearfar irradiance cache 4");
+    text("decomposition 5", "decomposition 7");
+    refused(&own, "is of version 7; this program reads \"nearfar decomposition 5\"");
+    text("nearfar decomposition 5", "nearfar irradiance cache 5");
     refused(&own, "is no decomposition");
     text("property float radius", "property float width");
     refused(&own, "other columns");
@@ -274,8 +274,8 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
     damaged.sampled.sh[3].0[0].x = f32::NAN;
     save(&file, &own, &damaged, &s.inputs(&w), &s.decompose).unwrap();
     refused(&own, "cluster 3 is damaged");
-    // The parts of places are the last element: 15 floats and 9 bytes each. A colour is damaged.
-    let at = good.len() - (known.proxy.len() - 2) * 69 + 9 * 4;
+    // The parts of places are the last element: 15 floats and 13 bytes each. A colour is damaged.
+    let at = good.len() - (known.proxy.len() - 2) * 73 + 9 * 4;
     let bytes = [&good[..at], &(-1.0f32).to_le_bytes(), &good[at + 4..]].concat();
     std::fs::write(&file, bytes).unwrap();
     refused(&own, "place_part 2 is damaged");

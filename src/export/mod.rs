@@ -74,12 +74,18 @@ pub fn export(scene: &Scene, folder: &Path) -> Result<Vec<PathBuf>> {
             let cut: Vec<u8> = texture
                 .mask
                 .iter()
-                .map(|&v| if material.opacity * f32::from(v) / 255.0 >= 0.5 { 255 } else { 0 })
+                .map(|&v| {
+                    if material.opacity * texture.placement.value(f32::from(v) / 255.0) >= 0.5 {
+                        255
+                    } else {
+                        0
+                    }
+                })
                 .collect();
             save(&path, texture, image::ExtendedColorType::L8, &cut)?;
             files.push(path);
         }
-        document.material(m, material, albedo.is_some(), mask.is_some());
+        document.material(m, material, [albedo, mask]);
     }
     let around = bounds(scene);
     for (number, light) in scene.lights.iter().enumerate() {
@@ -120,7 +126,9 @@ fn tinted(material: &Material, texture: &Texture) -> Vec<u8> {
         .iter()
         .flat_map(|t| {
             material
-                .albedo_with(Vec3::from_array(t.map(|c| decode[c as usize])))
+                .albedo_with(Vec3::from_array(
+                    t.map(|c| texture.placement.value(decode[c as usize]).max(0.0)),
+                ))
                 .to_array()
                 .map(byte)
         })

@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use crate::radiometry::{MAX_ALBEDO, Rgb};
-use crate::scene::{Light, Material, Scene};
+use crate::scene::{Light, Material, Placement, Scene, Texture};
 
 /// A scene description under construction: shapes may name materials that are described later.
 #[derive(Debug)]
@@ -83,18 +83,23 @@ impl Document {
     }
 
     /// A two-sided diffuse material, under a mask where it has one.
-    pub fn material(&mut self, id: u32, material: &Material, texture: bool, mask: bool) {
-        let bitmap = |slot: &str, file: &str, more: &str| {
+    pub fn material(
+        &mut self,
+        id: u32,
+        material: &Material,
+        [albedo, mask]: [Option<&Texture>; 2],
+    ) {
+        let bitmap = |slot: &str, file: &str, texture: &Texture, more: &str| {
+            let placed = placement(&texture.placement);
             format!(
                 "<texture type=\"bitmap\" name=\"{slot}\"><string name=\"filename\" \
-                 value=\"{file}-{id}.png\"/>{more}</texture>"
+                 value=\"{file}-{id}.png\"/>{placed}{more}</texture>"
             )
         };
-        let albedo = material.albedo.clamp(Rgb::ZERO, Rgb::splat(MAX_ALBEDO));
-        let reflectance = if texture {
-            bitmap("reflectance", "texture", "")
-        } else {
-            format!("<rgb name=\"reflectance\" value=\"{}\"/>", numbers(albedo))
+        let plain_albedo = material.albedo.clamp(Rgb::ZERO, Rgb::splat(MAX_ALBEDO));
+        let reflectance = match albedo {
+            Some(texture) => bitmap("reflectance", "texture", texture, ""),
+            None => format!("<rgb name=\"reflectance\" value=\"{}\"/>", numbers(plain_albedo)),
         };
         let plain = |id: &str| {
             format!(
@@ -104,10 +109,10 @@ impl Document {
         let named = format!(" id=\"material-{id}\"");
         let nearest = "<string name=\"filter_type\" value=\"nearest\"/><boolean name=\"raw\" \
                        value=\"true\"/>";
-        let text = if mask {
+        let text = if let Some(mask) = mask {
             format!(
                 "<bsdf type=\"mask\"{named}>{}{}</bsdf>",
-                bitmap("opacity", "mask", nearest),
+                bitmap("opacity", "mask", mask, nearest),
                 plain("")
             )
         } else if material.opacity < 0.5 {
@@ -226,4 +231,21 @@ impl Document {
     pub fn finish(self) -> String {
         format!("{}{}{}</scene>\n", self.head, self.materials, self.body)
     }
+}
+
+/// Where a texture lies, as Mitsuba takes it: v points down there.
+fn placement(p: &Placement) -> String {
+    let mut text = String::new();
+    if (p.scale, p.offset) != (Vec2::ONE, Vec2::ZERO) {
+        let down = 1.0 - p.scale.y - p.offset.y;
+        text = format!(
+            "<transform name=\"to_uv\"><scale x=\"{}\" y=\"{}\"/><translate x=\"{}\" \
+             y=\"{down}\"/></transform>",
+            p.scale.x, p.scale.y, p.offset.x
+        );
+    }
+    if p.clamp {
+        text += "<string name=\"wrap_mode\" value=\"clamp\"/>";
+    }
+    text
 }

@@ -3,18 +3,26 @@
 //! Guarantees a file appears whole or not at all (written beside its place, then renamed); what is
 //! written is read back equal, bit for bit, for finite values in 32 bits.
 //! Channel names are the film's, set by [`Film::set_rgb`], [`Film::set_xyz`] and [`Film::set`].
-//! Not        deep data, several parts, mip levels: the first part's largest level is read.
+//! Of foreign files [`read_exr`] reads all flat parts, their largest level.
+//! Not        deep data; channels of other sizes than their layer (chroma of half resolution).
 
+use std::collections::HashMap;
+use std::ops::Range;
 use std::path::Path;
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Layer, LayerAttributes,
-    ReadChannels as _, ReadLayers as _, Text, WritableImage as _, f16,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, IntegerBounds, Layer,
+    LayerAttributes, ReadChannels as _, ReadLayers as _, Text, WritableImage as _, f16,
 };
 
 use super::Film;
 use crate::atomic_file;
 use crate::error::{Error, Result};
+
+/// Most pixels that are read: 2²⁸.
+const MAX_PIXELS: u64 = 1 << 28;
+/// Bytes of pixels that a byte of a file can stand for; deflate has 1032, wavelets on black more.
+const MOST_PER_BYTE: u64 = 1 << 14;
 
 /// Bits of a stored channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -86,31 +94,130 @@ pub fn write_exr(film: &Film, path: &Path, precision: Precision) -> Result<()> {
     })
 }
 
-/// Reads the first part of a file: every channel as 32-bit float, every text attribute.
+/// Reads a file as it is meant to be shown: what lies in the data window goes to its place in the
+/// display window, outside it there are zeros. Every channel as 32-bit float, every text attribute;
+/// channels of parts after the first have the part's name before theirs. Where there is no R, G, B,
+/// they are those of the first layer that has them, or all of them Y.
 ///
 /// # Errors
-/// [`Error::Image`] when the file is missing, is no EXR, or is damaged.
+/// [`Error::Image`] when the file is missing, is no EXR, is damaged, or claims to be larger than it
+/// can be.
 pub fn read_exr(path: &Path) -> Result<Film> {
+    let fail = |message: String| Error::Image { path: path.into(), message };
+    check_size(path).map_err(fail)?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
-        .first_valid_layer()
+        .all_layers()
         .all_attributes()
         .from_file(path)
-        .map_err(|e| Error::Image { path: path.into(), message: reason(e) })?;
-    let layer = image.layer_data;
-    let mut film = Film::new(layer.size.0 as u32, layer.size.1 as u32);
-    for channel in layer.channel_data.list {
-        film.channels
-            .insert(channel.name.to_string(), channel.sample_data.values_as_f32().collect());
-    }
-    for (key, value) in image.attributes.other.iter().chain(&layer.attributes.other) {
-        if let AttributeValue::Text(text) = value {
-            film.header.insert(key.to_string(), text.to_string());
+        .map_err(|e| fail(reason(e)))?;
+    let window = image.attributes.display_window;
+    let mut film = Film::new(window.size.0 as u32, window.size.1 as u32);
+    for (number, layer) in image.layer_data.into_iter().enumerate() {
+        let Place { columns, rows, skip } = place(&layer, window);
+        let part = layer.attributes.layer_name.as_ref().map(Text::to_string);
+        for channel in layer.channel_data.list {
+            let name = channel.name.to_string();
+            let name = match &part {
+                Some(part) if number > 0 && !name.starts_with(&format!("{part}.")) => {
+                    format!("{part}.{name}")
+                }
+                _ => name,
+            };
+            let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
+            let whole = layer.size.0 * layer.size.1 == values.len();
+            if !whole || film.channels.contains_key(&name) {
+                continue;
+            }
+            let mut shown = vec![0.0; window.size.0 * window.size.1];
+            for y in rows.clone() {
+                let from = (y - rows.start + skip.1) * layer.size.0 + skip.0;
+                let to = y * window.size.0 + columns.start;
+                shown[to..to + columns.len()].copy_from_slice(&values[from..from + columns.len()]);
+            }
+            film.channels.insert(name, shown);
         }
+        film.header.extend(texts(&layer.attributes.other));
     }
+    film.header.extend(texts(&image.attributes.other));
+    name_beauty(&mut film);
     Ok(film)
+}
+
+fn texts(
+    attributes: &HashMap<Text, AttributeValue>,
+) -> impl Iterator<Item = (String, String)> + '_ {
+    attributes.iter().filter_map(|(key, value)| match value {
+        AttributeValue::Text(text) => Some((key.to_string(), text.to_string())),
+        _ => None,
+    })
+}
+
+/// Where a layer lies in a display window.
+struct Place {
+    /// Columns and rows of the window that it covers.
+    columns: Range<usize>,
+    rows: Range<usize>,
+    /// Columns and rows of the layer that lie before the window.
+    skip: (usize, usize),
+}
+
+fn place(layer: &Layer<AnyChannels<FlatSamples>>, window: IntegerBounds) -> Place {
+    let along = |start: i32, size: usize, window_start: i32, window_size: usize| {
+        let start = i64::from(start) - i64::from(window_start);
+        let clip = |x: i64| x.clamp(0, window_size as i64) as usize;
+        let range = clip(start)..clip(start + size as i64);
+        (range, (-start).max(0) as usize)
+    };
+    let at = layer.attributes.layer_position;
+    let (columns, skip_x) = along(at.0, layer.size.0, window.position.0, window.size.0);
+    let (rows, skip_y) = along(at.1, layer.size.1, window.position.1, window.size.1);
+    Place { columns, rows, skip: (skip_x, skip_y) }
+}
+
+/// Refuses files that claim more pixels than fit memory or than their bytes can hold.
+fn check_size(path: &Path) -> std::result::Result<(), String> {
+    let meta = exr::meta::MetaData::read_from_file(path, false).map_err(reason)?;
+    let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
+    let mut decoded = 0u64;
+    let mut largest = 0u64;
+    for header in &meta.headers {
+        let pixels = |w: usize, h: usize| (w as u64).saturating_mul(h as u64);
+        let window = header.shared_attributes.display_window.size;
+        let shown = pixels(window.0, window.1);
+        let stored = pixels(header.layer_size.0, header.layer_size.1);
+        let channels = header.channels.list.len().max(1) as u64;
+        largest = largest.max(shown).max(stored);
+        decoded = decoded.saturating_add(stored.saturating_mul(2 * channels));
+    }
+    if largest > MAX_PIXELS {
+        return Err(format!("claims {largest} pixels; at most {MAX_PIXELS} are read"));
+    }
+    if decoded > bytes.saturating_mul(MOST_PER_BYTE) {
+        return Err("is damaged: it has too few bytes for the pixels it claims".into());
+    }
+    Ok(())
+}
+
+/// Gives a film R, G and B if it has none.
+fn name_beauty(film: &mut Film) {
+    if film.channels.contains_key("R") {
+        return;
+    }
+    let has = |layer: &str, suffix: &str| film.channels.contains_key(&format!("{layer}.{suffix}"));
+    let names = film.channels.keys().filter_map(|name| name.strip_suffix(".R"));
+    let layer = names.filter(|l| has(l, "G") && has(l, "B")).min_by_key(|l| l.len());
+    let from = match layer {
+        Some(layer) => ["R", "G", "B"].map(|suffix| format!("{layer}.{suffix}")),
+        None if film.channels.contains_key("Y") => ["Y"; 3].map(String::from),
+        None => return,
+    };
+    for (name, from) in ["R", "G", "B"].into_iter().zip(from) {
+        let values = film.channels[&from].clone();
+        film.channels.insert(name.into(), values);
+    }
 }
 
 fn reason(error: exr::error::Error) -> String {
@@ -194,5 +301,32 @@ mod tests {
         );
         assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
         std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    /// A part of 2×2 pixels in a window of 4×3, then one that sticks out of it.
+    #[test]
+    fn data_windows_and_foreign_names() {
+        use exr::prelude::{Image, ImageAttributes, SpecificChannels, Vec2};
+        let path = std::env::temp_dir().join(format!("nearfar-window-{}.exr", std::process::id()));
+        let written = |at: Vec2<i32>| {
+            let pixels = |p: Vec2<usize>| (1.0 + p.0 as f32 + 2.0 * p.1 as f32,);
+            let channels = SpecificChannels::build().with_channel("Y").with_pixel_fn(pixels);
+            let window = IntegerBounds::from_dimensions((4, 3));
+            let attributes = LayerAttributes { layer_position: at, ..Default::default() };
+            let layer = Layer::new((2, 2), attributes, Encoding::UNCOMPRESSED, channels);
+            let image = Image::new(ImageAttributes::new(window), layer);
+            image.write().to_file(&path).unwrap();
+            let film = read_exr(&path).unwrap();
+            assert_eq!((film.width, film.height), (4, 3));
+            assert!(film.channels["R"] == film.channels["Y"]);
+            film.channels["G"].clone()
+        };
+        assert_eq!(written(Vec2(1, 1)), [0., 0., 0., 0., 0., 1., 2., 0., 0., 3., 4., 0.]);
+        assert_eq!(written(Vec2(-1, 2)), [0., 0., 0., 0., 0., 0., 0., 0., 2., 0., 0., 0.]);
+        let mut film = Film::new(1, 1);
+        film.set_rgb("ViewLayer.Combined", &[Rgb::new(1.0, 2.0, 3.0)]);
+        write_exr(&film, &path, Precision::Full).unwrap();
+        assert_eq!(read_exr(&path).unwrap().rgb("").unwrap(), [Rgb::new(1.0, 2.0, 3.0)]);
+        std::fs::remove_file(&path).unwrap();
     }
 }

@@ -1,6 +1,6 @@
 //! A parsed scene file and the files it names → [`Scene`].
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -10,15 +10,12 @@ use toml::Spanned;
 use super::Loaded;
 use super::curve_file::{is_curve_file, read_curves};
 use super::environment::read_environment;
-use super::image::read_texture;
-use super::mtl::MtlMaterial;
 use super::normals::smooth;
 use super::obj::{Obj, read_obj};
 use super::obj_cage::read_cage;
 use super::path::resolve;
 use super::scene_file::{
-    CameraEntry, CurvesEntry, LightEntry, MaterialEntry, MeshEntry, Normals, SceneFile, Triple,
-    line_at,
+    CameraEntry, CurvesEntry, LightEntry, MeshEntry, Normals, SceneFile, Triple, line_at,
 };
 use super::shape::{Shape, curve_settings};
 use super::validate::{MAX_DIAGONAL, bounds, check_camera, check_lens, framing};
@@ -32,11 +29,15 @@ use crate::tessellate::CurveSettings;
 /// What is put together, and where messages point.
 #[derive(Debug)]
 pub struct Assembly<'a> {
-    file: &'a Path,
+    pub(super) file: &'a Path,
     text: &'a str,
-    loaded: Loaded,
-    materials: HashMap<String, u32>,
-    textures: HashMap<PathBuf, TextureId>,
+    pub(super) loaded: Loaded,
+    /// The last material of each name.
+    pub(super) materials: HashMap<String, u32>,
+    /// By file and placement.
+    pub(super) textures: HashMap<(PathBuf, [u32; 7]), TextureId>,
+    /// Folders where missing textures are looked for.
+    pub(super) search_paths: Vec<PathBuf>,
 }
 
 const DEFAULT_CREASE_DEG: f32 = 40.0;
@@ -50,10 +51,11 @@ impl<'a> Assembly<'a> {
             loaded: Loaded::default(),
             materials: HashMap::new(),
             textures: HashMap::new(),
+            search_paths: Vec::new(),
         }
     }
 
-    fn fail<T>(&self, span: &Range<usize>, message: impl Into<String>) -> Result<T> {
+    pub(super) fn fail<T>(&self, span: &Range<usize>, message: impl Into<String>) -> Result<T> {
         Err(Error::input(self.file, self.line(span), message))
     }
 
@@ -70,6 +72,12 @@ impl<'a> Assembly<'a> {
         self.loaded.scene.name = entry.name.or(stem).unwrap_or_default();
         self.loaded.settings = entry.settings;
         self.loaded.setting_lines = entry.setting_lines;
+        let folder = self.file.parent().unwrap_or(Path::new(""));
+        self.search_paths.push(folder.into());
+        for path in &entry.search_paths {
+            let path = resolve(path, self.file).map_err(|m| Error::input(self.file, None, m))?;
+            self.search_paths.push(path);
+        }
         let mut shapes = Vec::new();
         for (index, mesh) in entry.mesh.iter().enumerate() {
             shapes.extend(self.shapes(mesh)?.into_iter().map(|s| (index, s)));
@@ -214,7 +222,7 @@ impl<'a> Assembly<'a> {
                 (Shape::Mesh(mesh), materials)
             }
         };
-        let ids = materials.into_iter().map(|m| self.add_mtl(m)).collect::<Result<Vec<u32>>>()?;
+        let ids = self.mtl(path, e, materials)?;
         Ok((vec![shape], ids))
     }
 
@@ -278,59 +286,6 @@ impl<'a> Assembly<'a> {
         }))
     }
 
-    fn add_material(&mut self, material: Material) -> u32 {
-        let list = &mut self.loaded.scene.materials;
-        // Materials of equal name in different meshes stay apart unless they are equal.
-        if let Some(&id) = self.materials.get(&material.name)
-            && list[id as usize] == material
-        {
-            return id;
-        }
-        let id = list.len() as u32;
-        self.materials.insert(material.name.clone(), id);
-        list.push(material);
-        id
-    }
-
-    fn add_mtl(&mut self, m: MtlMaterial) -> Result<u32> {
-        let mut texture =
-            |path: Option<PathBuf>| path.map_or(Ok(None), |p| self.texture_or_warning(&p, &m.name));
-        let (albedo_texture, opacity_texture) =
-            (texture(m.albedo_texture)?, texture(m.opacity_texture)?);
-        Ok(self.add_material(Material {
-            name: m.name,
-            albedo: m.albedo,
-            albedo_texture,
-            emission: m.emission,
-            opacity: m.opacity,
-            opacity_texture,
-        }))
-    }
-
-    fn texture_or_warning(&mut self, path: &Path, material: &str) -> Result<Option<TextureId>> {
-        match self.texture(path) {
-            Err(Error::Io { .. }) => {
-                self.loaded.warnings.push(format!(
-                    "{}: texture of material \"{material}\" is missing; the plain colour is used",
-                    path.display()
-                ));
-                Ok(None)
-            }
-            other => other.map(Some),
-        }
-    }
-
-    fn texture(&mut self, path: &Path) -> Result<TextureId> {
-        if let Some(&id) = self.textures.get(path) {
-            return Ok(id);
-        }
-        let texture = read_texture(path)?;
-        let id = self.loaded.scene.textures.len() as TextureId;
-        self.loaded.scene.textures.push(texture);
-        self.textures.insert(path.into(), id);
-        Ok(id)
-    }
-
     fn light(&mut self, entry: &Spanned<LightEntry>) -> Result<()> {
         let span = entry.span();
         if let LightEntry::Environment { file, scale, rotation_deg, up } = entry.get_ref() {
@@ -376,74 +331,6 @@ impl<'a> Assembly<'a> {
             other => other?,
         };
         self.loaded.scene.lights.push(Light::Environment { map: std::sync::Arc::new(map) });
-        Ok(())
-    }
-
-    fn material(&mut self, name: &str, entry: &Spanned<MaterialEntry>) -> Result<()> {
-        let (span, e) = (entry.span(), entry.get_ref());
-        let ids: BTreeSet<u32> = self
-            .loaded
-            .scene
-            .materials
-            .iter()
-            .enumerate()
-            .filter(|(_, m)| m.name == name)
-            .map(|(i, _)| i as u32)
-            .collect();
-        if ids.is_empty() {
-            let names: BTreeSet<&str> =
-                self.loaded.scene.materials.iter().map(|m| m.name.as_str()).collect();
-            let listed = names.into_iter().take(12).collect::<Vec<_>>().join(", ");
-            return self
-                .fail(&span, format!("no mesh has a material \"{name}\"; there are: {listed}"));
-        }
-        let channels = |t: Triple, key: &str| {
-            let c = Rgb::from(t);
-            if c.is_finite() && c.min_element() >= 0.0 {
-                Ok(c)
-            } else {
-                self.fail(&span, format!("{key} must be finite and not negative"))
-            }
-        };
-        let albedo = e.albedo.map(|a| channels(a, "albedo")).transpose()?;
-        let emission = e.emission.map(|a| channels(a, "emission")).transpose()?;
-        if albedo.is_some_and(|a| a.max_element() > 1.0) {
-            return self.fail(&span, "albedo may not exceed 1");
-        }
-        if e.opacity.is_some_and(|o| !(0.0..=1.0).contains(&o)) {
-            return self.fail(&span, "opacity must lie from 0 to 1");
-        }
-        let mut texture = |t: &Option<String>| -> Result<Option<Option<TextureId>>> {
-            let Some(t) = t else { return Ok(None) };
-            if t.is_empty() {
-                return Ok(Some(None));
-            }
-            let path = resolve(t, self.file).or_else(|m| self.fail(&span, m))?;
-            if !path.exists() {
-                return self.fail(
-                    &span,
-                    format!("texture \"{}\" does not exist; correct the path", path.display()),
-                );
-            }
-            self.texture(&path).map(|id| Some(Some(id)))
-        };
-        let albedo_texture = texture(&e.albedo_texture)?;
-        let opacity_texture = texture(&e.opacity_texture)?;
-        for &id in &ids {
-            let m = &mut self.loaded.scene.materials[id as usize];
-            m.albedo = albedo.unwrap_or(m.albedo);
-            m.emission = emission.unwrap_or(m.emission);
-            m.opacity = e.opacity.unwrap_or(m.opacity);
-            m.albedo_texture = albedo_texture.unwrap_or(m.albedo_texture);
-            m.opacity_texture = opacity_texture.unwrap_or(m.opacity_texture);
-        }
-        if e.drop {
-            for mesh in &mut self.loaded.scene.meshes {
-                let mut keep = mesh.materials.iter().map(|m| !ids.contains(m));
-                mesh.triangles.retain(|_| keep.next().unwrap_or(true));
-                mesh.materials.retain(|m| !ids.contains(m));
-            }
-        }
         Ok(())
     }
 

@@ -53,10 +53,36 @@ pub fn read_curves(
     if let Some(width) = width {
         file.curves.widths.fill(width);
     }
+    let left_out = drop_points(&mut file.curves);
+    if left_out > 0 {
+        warnings.push(format!(
+            "{}: {left_out} curves are but a point and are left out",
+            path.display()
+        ));
+    }
     if file.curves.is_empty() {
         return Err(Error::input(path, None, "holds no curves; export it again"));
     }
     Ok(file)
+}
+
+/// Leaves out curves without extent; returns how many.
+fn drop_points(curves: &mut Curves) -> usize {
+    let is_point = |i: usize| {
+        let points = &curves.points[curves.curve(i)];
+        points.iter().all(|p| *p == points[0])
+    };
+    let (points, rest): (Vec<usize>, Vec<usize>) = (0..curves.len()).partition(|&i| is_point(i));
+    if !points.is_empty() {
+        let mut kept =
+            Curves { name: curves.name.clone(), basis: curves.basis, ..Curves::default() };
+        for i in rest {
+            let range = curves.curve(i);
+            kept.push_curve(range.map(|k| (curves.points[k], curves.widths[k])));
+        }
+        *curves = kept;
+    }
+    points.len()
 }
 
 fn read_text(path: &Path, bytes: &[u8], width: Option<f32>) -> Result<CurveFile> {
@@ -64,25 +90,17 @@ fn read_text(path: &Path, bytes: &[u8], width: Option<f32>) -> Result<CurveFile>
         .map_err(|_| Error::input(path, None, "is not UTF-8 text; save it as UTF-8"))?;
     let mut curves = Curves::default();
     let mut open: Vec<(Vec3, f32)> = Vec::new();
-    let mut end = |open: &mut Vec<(Vec3, f32)>, line: usize| match open.len() {
-        0 => Ok(()),
-        1 => Err(Error::input(
-            path,
-            line,
-            "a curve has a single point; add points, or remove the empty line after it",
-        )),
-        _ => {
+    let mut end = |open: &mut Vec<(Vec3, f32)>| {
+        if !open.is_empty() {
             curves.push_curve(open.drain(..));
-            Ok(())
         }
     };
-    let mut last = 0;
     for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
         let comment = line.trim_start().starts_with('#');
         let content = line.split('#').next().unwrap_or_default();
         if content.trim().is_empty() {
             if !comment {
-                end(&mut open, last)?;
+                end(&mut open);
             }
             continue;
         }
@@ -112,9 +130,8 @@ fn read_text(path: &Path, bytes: &[u8], width: Option<f32>) -> Result<CurveFile>
             }
         };
         open.push(p);
-        last = index + 1;
     }
-    end(&mut open, last)?;
+    end(&mut open);
     Ok(CurveFile { curves, albedo: None })
 }
 
@@ -177,9 +194,6 @@ fn read_hair(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<Cu
         return Err(fail(format!(
             "its strands have {total} points together, its header says {points}; export it again"
         )));
-    }
-    if let Some(i) = counts.iter().position(|n| *n == 0) {
-        return Err(fail(format!("strand {i} has no segment; remove it")));
     }
     let positions: Vec<Vec3> =
         floats(array(1).unwrap_or_default()).chunks_exact(3).map(Vec3::from_slice).collect();

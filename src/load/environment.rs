@@ -1,5 +1,5 @@
-//! Latitude-longitude pictures of skies → [`Environment`]: Radiance `.hdr` and OpenEXR (first layer
-//! with R, G, B).
+//! Latitude-longitude pictures of skies → [`Environment`]: Radiance `.hdr` and OpenEXR (R, G, B, or
+//! those of a layer, or Y, as [`crate::film::read_exr`] finds them).
 
 use std::path::Path;
 
@@ -39,9 +39,7 @@ pub fn read_environment(path: &Path, scale: Rgb, world_from_map: Mat3) -> Result
         )));
     }
     if width > MAX_WIDTH {
-        return Err(fail(format!(
-            "is {width} texels wide, at most {MAX_WIDTH} are read; scale it down"
-        )));
+        return Err(fail(too_wide(&format!("{width} by {height}"))));
     }
     let texels: Vec<Rgb> = texels.into_iter().map(|c| c * scale).collect();
     if let Some(i) = texels.iter().position(|c| !c.is_finite() || c.min_element() < 0.0) {
@@ -72,33 +70,53 @@ pub fn read_environment(path: &Path, scale: Rgb, world_from_map: Mat3) -> Result
 
 type Pixels = (usize, usize, Vec<Rgb>);
 
+/// Radiance pictures: `#?RADIANCE` or `#?RGBE`, values divided by the product of their `EXPOSURE`
+/// lines, which is what undoes it.
 fn read_hdr(path: &Path) -> std::result::Result<Pixels, String> {
     let wrong = |e: &dyn std::fmt::Display| format!("is no readable Radiance picture: {e}");
-    let file = std::fs::File::open(path).map_err(|e| wrong(&e))?;
+    let bytes = std::fs::read(path).map_err(|e| wrong(&e))?;
+    let end =
+        bytes.windows(2).position(|w| w == b"\n\n").ok_or_else(|| wrong(&"it has no header"))?;
+    let header = String::from_utf8_lossy(&bytes[..end]);
+    if !(header.starts_with("#?RADIANCE") || header.starts_with("#?RGBE")) {
+        return Err(wrong(&"it does not begin with #?RADIANCE or #?RGBE"));
+    }
+    if header.lines().any(|line| line.trim() == "FORMAT=32-bit_rle_xyze") {
+        return Err("is in CIE XYZ; convert it to RGB, such as by ra_xyze -r".into());
+    }
+    let exposures = header.lines().filter_map(|line| line.strip_prefix("EXPOSURE="));
+    let exposure: f32 = exposures.filter_map(|x| x.trim().parse::<f32>().ok()).product();
+    if !(exposure > 0.0 && exposure.is_finite()) {
+        return Err(wrong(&"its EXPOSURE is not above 0"));
+    }
+    let rest = &bytes[end + 2..];
+    let size = rest.split(|&b| b == b'\n').next().unwrap_or(&[]);
+    let size = String::from_utf8_lossy(size);
+    let sides = size.split_whitespace().filter_map(|word| word.parse::<usize>().ok());
+    if sides.max().is_some_and(|side| side > MAX_WIDTH) {
+        return Err(too_wide(&size));
+    }
+    let plain = [b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n", rest].concat();
     let mut reader =
-        image::ImageReader::with_format(std::io::BufReader::new(file), image::ImageFormat::Hdr);
+        image::ImageReader::with_format(std::io::Cursor::new(plain), image::ImageFormat::Hdr);
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(4 << 30);
     reader.limits(limits);
     let picture = reader.decode().map_err(|e| wrong(&e))?.into_rgb32f();
     let (w, h) = picture.dimensions();
-    Ok((w as usize, h as usize, picture.pixels().map(|p| Vec3::from_array(p.0)).collect()))
+    let texel = |p: &image::Rgb<f32>| Vec3::from_array(p.0) / exposure;
+    Ok((w as usize, h as usize, picture.pixels().map(texel).collect()))
+}
+
+fn too_wide(size: &str) -> String {
+    format!("is of {size} texels, at most {MAX_WIDTH} a side are read; scale it down")
 }
 
 fn read_exr(path: &Path) -> std::result::Result<Pixels, String> {
-    use exr::prelude::{ReadChannels, ReadLayers, read};
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .rgb_channels(
-            |size, _| (size.width(), size.height(), vec![Vec3::ZERO; size.width() * size.height()]),
-            |pixels: &mut Pixels, at, (r, g, b): (f32, f32, f32)| {
-                pixels.2[at.y() * pixels.0 + at.x()] = Vec3::new(r, g, b)
-            },
-        )
-        .first_valid_layer()
-        .all_attributes()
-        .from_file(path)
-        .map_err(|e| format!("is no readable OpenEXR picture with R, G and B: {e}"))?;
-    Ok(image.layer_data.channel_data.pixels)
+    let film = crate::film::read_exr(path).map_err(|e| match e {
+        Error::Image { message, .. } => format!("is no readable sky: {message}"),
+        e => e.to_string(),
+    })?;
+    let texels = film.rgb("").ok_or("has neither R, G and B nor Y; export it with one of them")?;
+    Ok((film.width as usize, film.height as usize, texels))
 }

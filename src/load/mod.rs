@@ -14,12 +14,16 @@ mod assemble;
 mod camera_path;
 mod curve_file;
 mod environment;
+mod find;
 mod image;
+mod materials;
 mod mtl;
+mod mtl_texture;
 mod normals;
 mod obj;
 mod obj_cage;
 mod obj_fault;
+mod obj_text;
 mod path;
 mod polygon;
 #[expect(missing_docs, reason = "the fields are the keys that the page describes")]

@@ -1,20 +1,25 @@
 //! OBJ files → one [`Mesh`] and its materials, parsed by `tobj`.
 //!
+//! The text goes through [`super::obj_text`] first, so that what programs really write is read.
 //! Polygons are cut by [`triangulate`]; relative indices are allowed; groups become one mesh whose
 //! triangles keep their materials. A face without normals in a file that has some gets a zero
-//! normal, which means "face normal". Materials that are used but not defined, and libraries that
-//! are missing, become a grey and a warning. On an error, and for non-finite numbers, the text is
+//! normal, which means "face normal", one without texture coordinates the coordinate (0, 0).
+//! Smoothing groups and colours of vertices are left out, with a warning. Materials that are used
+//! but not defined, and libraries that are missing, become a grey and a warning. On an error, and for non-finite numbers, the text is
 //! looked over again for the line. Cost: the file's text and `tobj`'s arrays in memory at once,
 //! about 200 B a triangle.
 
-use std::collections::{BTreeSet, HashMap};
+use std::borrow::Cow;
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::find::{Found, find};
 use super::mtl::{MtlMaterial, read_mtl};
 use super::obj_fault::find_fault;
+use super::obj_text::{UNNAMED, decode, joined, name, plain};
 use super::polygon::triangulate;
 use crate::error::{Error, Result};
 use crate::scene::Mesh;
@@ -32,15 +37,18 @@ pub struct Obj {
 enum Note {
     Library(String),
     Use(String),
+    Smoothing,
+    Normal,
     Suspicious,
 }
 
 fn note(line: &str) -> Option<Note> {
-    let line = line.trim_start();
-    match line.as_bytes().first()? {
-        b'u' => line.strip_prefix("usemtl ").map(|n| Note::Use(n.trim().into())),
-        b'm' => line.strip_prefix("mtllib ").map(|n| Note::Library(n.trim().into())),
-        b'f' | b'l' => {
+    match line.split_ascii_whitespace().next()? {
+        "usemtl" => Some(Note::Use(name(line).into())),
+        "mtllib" => Some(Note::Library(name(line).into())),
+        "s" => (!matches!(name(line), "" | "0" | "off")).then_some(Note::Smoothing),
+        "vn" => Some(Note::Normal),
+        "f" | "l" => {
             // Indices that do not fit 32 bits would overflow in the parser.
             let mut run = 0;
             line.bytes()
@@ -72,11 +80,10 @@ pub struct Groups {
 /// [`Error::Io`] when it cannot be read; [`Error::Input`] with the line of what is wrong.
 pub fn read_groups(path: &Path, single_index: bool, warnings: &mut Vec<String>) -> Result<Groups> {
     let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })?;
-    let mut text = String::from_utf8(bytes)
-        .unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
-    if text.starts_with('\u{feff}') {
-        text.remove(0);
-    }
+    let text = match joined(&decode(bytes)) {
+        Cow::Owned(text) => text,
+        Cow::Borrowed(text) => text.to_owned(),
+    };
     let fail = |reason: String| match find_fault(&text) {
         Some((line, message)) => Error::input(path, line, message),
         None => {
@@ -84,6 +91,11 @@ pub fn read_groups(path: &Path, single_index: bool, warnings: &mut Vec<String>) 
         }
     };
     let notes: Vec<Note> = text.par_lines().filter_map(note).collect();
+    let (mut smoothing, mut normals) = (false, false);
+    for note in &notes {
+        smoothing |= matches!(note, Note::Smoothing);
+        normals |= matches!(note, Note::Normal);
+    }
     if notes.iter().any(|n| matches!(n, Note::Suspicious)) {
         return Err(fail("an index is too large".into()));
     }
@@ -92,9 +104,22 @@ pub fn read_groups(path: &Path, single_index: bool, warnings: &mut Vec<String>) 
         .iter()
         .map(|m| tobj::Material { name: m.name.clone(), ..Default::default() })
         .collect();
+    let known: HashSet<&str> = materials.iter().map(|m| m.name.as_str()).collect();
+    let (plain, changed) = plain(&text, |name| meant(name, &known).to_owned());
+    let mut warn = |message: String| warnings.push(format!("{}: {message}", path.display()));
+    if changed.normals > 0 {
+        let count = changed.normals;
+        warn(format!("{count} normals are not finite; the faces' own take their place"));
+    }
+    if changed.colours > 0 {
+        warn(format!("the colours of {} vertices are left out; give a texture", changed.colours));
+    }
+    if smoothing && !normals {
+        warn("smoothing groups are left out; normals = \"smooth\" in the [[mesh]] smooths".into());
+    }
     // The first line makes every material known from the start, whichever library defines it.
     let mut input = b"mtllib *\n".as_slice();
-    let mut input = std::io::BufReader::new(std::io::Read::chain(&mut input, text.as_bytes()));
+    let mut input = std::io::BufReader::new(std::io::Read::chain(&mut input, plain.as_bytes()));
     let options = tobj::LoadOptions {
         single_index,
         triangulate: false,
@@ -133,15 +158,14 @@ pub fn read_obj(path: &Path, warnings: &mut Vec<String>) -> Result<Obj> {
         Obj { mesh: Mesh { name: path.display().to_string(), ..Mesh::default() }, materials };
     let mut without_material = 0;
     for model in models {
-        without_material += append(&mut obj, &model, path, warnings);
+        without_material += append(&mut obj, &model);
     }
     if without_material > 0 {
-        obj.materials.push(MtlMaterial::stand_in("default"));
-        warnings.push(format!(
-            "{}: {without_material} triangles have no material and become grey; assign one with \
-             usemtl",
-            path.display()
-        ));
+        let why = format!(
+            "{without_material} triangles have no material and become grey; assign one with \
+             usemtl, or name one by material in the [[mesh]]"
+        );
+        obj.materials.push(MtlMaterial::stand_in(UNNAMED, why));
     }
     if obj.mesh.normals.iter().all(|&n| n == Vec3::ZERO) {
         obj.mesh.normals.clear();
@@ -149,70 +173,105 @@ pub fn read_obj(path: &Path, warnings: &mut Vec<String>) -> Result<Obj> {
     Ok(obj)
 }
 
+/// The material that a name in `usemtl` means: the name, or what stands before a comment.
+fn meant<'a>(name: &'a str, known: &HashSet<&str>) -> &'a str {
+    match name.split_once(" #") {
+        Some((start, _)) if !known.contains(name) && known.contains(start.trim_end()) => {
+            start.trim_end()
+        }
+        _ => name,
+    }
+}
+
+/// The libraries that an `mtllib` statement names: one file, or several.
+fn libraries(statement: &str, folder: &Path) -> Vec<String> {
+    let statement = statement.replace('\\', "/");
+    if folder.join(&statement).exists() {
+        return vec![statement];
+    }
+    let mut names: Vec<String> = Vec::new();
+    // A name ends with its extension; what comes before one may hold spaces.
+    for word in statement.split_whitespace() {
+        match names.last_mut() {
+            Some(last) if !last.to_ascii_lowercase().ends_with(".mtl") => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => names.push(word.into()),
+        }
+    }
+    names
+}
+
 fn collect_materials(
     path: &Path,
     notes: &[Note],
     warnings: &mut Vec<String>,
 ) -> Result<Vec<MtlMaterial>> {
+    let folder = path.parent().unwrap_or(Path::new(""));
     let mut materials: Vec<MtlMaterial> = Vec::new();
     let mut index: HashMap<String, usize> = HashMap::new();
-    let mut add = |m: MtlMaterial, materials: &mut Vec<MtlMaterial>| match index.get(&m.name) {
-        Some(&i) => materials[i] = m,
-        None => {
-            index.insert(m.name.clone(), materials.len());
-            materials.push(m);
-        }
-    };
-    let mut seen = BTreeSet::new();
-    for note in notes {
-        if let Note::Library(name) = note
-            && seen.insert(name)
-        {
-            let library = path.parent().unwrap_or(Path::new("")).join(name.replace('\\', "/"));
-            match read_mtl(&library) {
-                Ok(list) => list.into_iter().for_each(|m| add(m, &mut materials)),
-                Err(Error::Io { .. }) => warnings.push(format!(
+    let mut seen = HashSet::new();
+    let statements = notes.iter().filter_map(|note| match note {
+        Note::Library(statement) => Some(libraries(statement, folder)),
+        _ => None,
+    });
+    for name in statements.flatten().filter(|name| seen.insert(name.clone())) {
+        let found = match find(&name, folder, &[]) {
+            Some(Found { path, .. }) => read_mtl(&path, warnings),
+            None => read_mtl(&folder.join(&name), warnings),
+        };
+        let list = match found {
+            Err(Error::Io { .. }) => {
+                warnings.push(format!(
                     "{}: material library \"{name}\" cannot be read; its materials become grey",
                     path.display()
-                )),
-                Err(e) => return Err(e),
+                ));
+                continue;
+            }
+            found => found?,
+        };
+        for m in list {
+            match index.get(&m.name) {
+                Some(&i) => materials[i] = m,
+                None => {
+                    index.insert(m.name.clone(), materials.len());
+                    materials.push(m);
+                }
             }
         }
     }
-    let defined: BTreeSet<String> = materials.iter().map(|m| m.name.clone()).collect();
-    for note in notes {
-        if let Note::Use(name) = note
-            && !defined.contains(name)
-            && !materials.iter().any(|m| m.name == *name)
-        {
-            warnings.push(format!(
-                "{}: material \"{name}\" is not defined and becomes grey; define it in an MTL \
-                 file or as [material.{name}]",
-                path.display()
-            ));
-            materials.push(MtlMaterial::stand_in(name));
-        }
-    }
+    let known: HashSet<&str> = index.keys().map(String::as_str).collect();
+    let used = notes.iter().filter_map(|note| match note {
+        Note::Use(name) if name.is_empty() => Some(UNNAMED),
+        Note::Use(name) => Some(meant(name, &known)),
+        _ => None,
+    });
+    let undefined: BTreeSet<&str> = used.filter(|name| !known.contains(name)).collect();
+    let stand_in = |name: &str| {
+        let why = match name {
+            UNNAMED => format!(
+                "usemtl without a name, or with the name \"{UNNAMED}\" that nothing defines, \
+                 becomes grey; give [material.{UNNAMED}]"
+            ),
+            _ => format!(
+                "material \"{name}\" is not defined and becomes grey; define it in an MTL file or as \
+                 [material.{name}]"
+            ),
+        };
+        MtlMaterial::stand_in(name, why)
+    };
+    let undefined: Vec<MtlMaterial> = undefined.into_iter().map(stand_in).collect();
+    materials.extend(undefined);
     Ok(materials)
 }
 
 /// Adds a group; returns how many of its triangles have no material.
-fn append(obj: &mut Obj, model: &tobj::Model, path: &Path, warnings: &mut Vec<String>) -> usize {
+fn append(obj: &mut Obj, model: &tobj::Model) -> usize {
     let (m, mesh) = (&model.mesh, &mut obj.mesh);
     let base = mesh.positions.len();
     let count = m.positions.len() / 3;
     mesh.positions.extend(m.positions.chunks_exact(3).map(Vec3::from_slice));
-    for (list, name, width) in
-        [(&m.normals, "normals", 3), (&m.texcoords, "texture coordinates", 2)]
-    {
-        if !list.is_empty() && list.len() != count * width {
-            warnings.push(format!(
-                "{}: some faces of \"{}\" lack {name}; those of the others are ignored",
-                path.display(),
-                model.name
-            ));
-        }
-    }
     if m.normals.len() == count * 3 {
         mesh.normals
             .extend(m.normals.chunks_exact(3).map(|n| Vec3::from_slice(n).normalize_or_zero()));

@@ -24,6 +24,7 @@ use glam::{Vec2, Vec3};
 
 use super::mtl::MtlMaterial;
 use super::obj::{Groups, read_groups};
+use super::obj_text::UNNAMED;
 use crate::error::{Error, Result};
 use crate::scene::{Boundary, Cage};
 
@@ -68,14 +69,6 @@ pub fn read_cage(path: &Path, warnings: &mut Vec<String>) -> Result<(Cage, Vec<M
             .map(|p| welded.id(Vec3::from_slice(p), &mut cage))
             .collect();
         let with_uvs = m.texcoord_indices.len() == m.indices.len() && !m.indices.is_empty();
-        if !with_uvs && !m.texcoord_indices.is_empty() {
-            warnings.push(format!(
-                "{}: some faces of \"{}\" lack texture coordinates; those of the others are \
-                 ignored",
-                path.display(),
-                model.name
-            ));
-        }
         let uv_base = cage.uvs.len() as u32;
         if with_uvs {
             cage.uvs.extend(m.texcoords.chunks_exact(2).map(Vec2::from_slice));
@@ -125,11 +118,11 @@ pub fn read_cage(path: &Path, warnings: &mut Vec<String>) -> Result<(Cage, Vec<M
         ));
     }
     if without_material > 0 {
-        materials.push(MtlMaterial::stand_in("default"));
-        warnings.push(format!(
-            "{}: {without_material} faces have no material and become grey; assign one with usemtl",
-            path.display()
-        ));
+        let why = format!(
+            "{without_material} faces have no material and become grey; assign one with usemtl, or \
+             name one by material in the [[mesh]]"
+        );
+        materials.push(MtlMaterial::stand_in(UNNAMED, why));
     }
     tags(path, &text, &mut cage, &welded, &faces, warnings)?;
     Ok((cage, materials))

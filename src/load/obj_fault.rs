@@ -76,18 +76,11 @@ fn fault(line: &str, seen: Counts, allowed: Counts) -> Option<String> {
             None
         }
         "f" | "l" => words.find_map(|corner| corner_fault(corner, seen, allowed)),
-        "usemtl" => (words.next().is_none() || !line.trim_start().starts_with("usemtl "))
-            .then(|| "usemtl needs a space and a material's name; write usemtl NAME".to_string()),
         _ => None,
     }
 }
 
 fn corner_fault(corner: &str, seen: Counts, allowed: Counts) -> Option<String> {
-    if corner == "\\" {
-        return Some(
-            "a line that goes on after \"\\\" is not supported; write the face on one line".into(),
-        );
-    }
     if corner.split('/').count() > 3 {
         return Some(format!("\"{corner}\" is not a face corner; write v, v/vt, v//vn or v/vt/vn"));
     }

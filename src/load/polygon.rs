@@ -1,45 +1,44 @@
 //! Polygons → triangles.
 //!
-//! Ears are cut from the second corner on, which makes a convex polygon the fan around its first
-//! corner; an ear is a corner whose triangle is wound like the polygon (Newell normal) and holds no
-//! other corner. A concave quad is thus cut along its inner diagonal. Not: self-intersecting or
-//! badly non-planar polygons, whose rest becomes a fan. Cost O(n³) at worst, n the corners of one
-//! polygon.
+//! A convex polygon becomes the fan around its first corner, any other is projected along its Newell
+//! normal and cut by the crate `earcut`: weakly simple ones too, whose holes are joined to the outer
+//! edge by bridges that are passed twice. Triangles are wound like the polygon. Not:
+//! self-intersecting polygons, and those that are so far from flat that their projection is. Cost
+//! O(n log n) as a rule, n the corners of one polygon.
 
-use glam::DVec3;
+use earcut::Earcut;
+use glam::{DVec2, DVec3};
 
-/// Cuts the polygon with these corners; triples of corner numbers, wound like the polygon.
+/// Cuts the polygon with these corners; triples of corner numbers.
 pub fn triangulate(corners: &[DVec3]) -> Vec<[usize; 3]> {
     let n = corners.len();
     let normal: DVec3 =
         (0..n).map(|i| (corners[i] - corners[0]).cross(corners[(i + 1) % n] - corners[0])).sum();
-    let turns = |a: usize, b: usize, c: usize| {
-        (corners[b] - corners[a]).cross(corners[c] - corners[a]).dot(normal)
+    let fan = || (2..n).map(|i| [0, i - 1, i]).collect();
+    let turns = |i: usize| {
+        let [a, b, c] = [corners[i], corners[(i + 1) % n], corners[(i + 2) % n]];
+        (b - a).cross(c - b).dot(normal) >= 0.0
     };
-    let mut left: Vec<usize> = (0..n).collect();
-    let mut out = Vec::with_capacity(n.saturating_sub(2));
-    while left.len() > 3 {
-        let m = left.len();
-        let ear = (1..=m).find(|&k| {
-            let (a, b, c) = (left[k - 1], left[k % m], left[(k + 1) % m]);
-            let holds = |p: usize| {
-                p != a
-                    && p != b
-                    && p != c
-                    && turns(a, b, p) >= 0.0
-                    && turns(b, c, p) >= 0.0
-                    && turns(c, a, p) >= 0.0
-            };
-            turns(a, b, c) > 0.0 && !left.iter().any(|&p| holds(p))
-        });
-        let k = ear.unwrap_or(1);
-        out.push([left[k - 1], left[k % m], left[(k + 1) % m]]);
-        left.remove(k % m);
+    // Turns to one side all round can still be more than one round.
+    let from_first = |i: usize| {
+        let [a, b] = [corners[i] - corners[0], corners[i + 1] - corners[0]];
+        a.cross(b).dot(normal) >= 0.0
+    };
+    if n < 4 || normal == DVec3::ZERO || (0..n).all(turns) && (1..n - 1).all(from_first) {
+        return fan();
     }
-    if left.len() == 3 {
-        out.push([left[0], left[1], left[2]]);
-    }
-    out
+    let (across, along) = normal.normalize().any_orthonormal_pair();
+    let flat: Vec<[f64; 2]> = corners
+        .iter()
+        .map(|&p| DVec2::new((p - corners[0]).dot(across), (p - corners[0]).dot(along)).to_array())
+        .collect();
+    let mut cut: Vec<usize> = Vec::new();
+    Earcut::new().earcut(flat.iter().copied(), &[], &mut cut);
+    let wound = |t: [usize; 3]| {
+        let [a, b, c] = t.map(|k| corners[k]);
+        if (b - a).cross(c - a).dot(normal) < 0.0 { [t[0], t[2], t[1]] } else { t }
+    };
+    cut.chunks_exact(3).map(|t| wound([t[0], t[1], t[2]])).collect()
 }
 
 #[cfg(test)]
@@ -94,9 +93,77 @@ mod tests {
         assert!((area(&comb, &cut) - 8.0).abs() < 1e-12);
     }
 
+    /// Squares of side 4 with square holes of side 2 and 1, joined by bridges, in any plane: the
+    /// area is the polygon's own, whatever corner is first.
+    #[test]
+    fn holes_with_bridges() {
+        let flat = |points: &[[f64; 2]]| -> Vec<DVec3> {
+            points.iter().map(|p| DVec3::new(p[0], p[1], 0.0)).collect()
+        };
+        let one = flat(&[
+            [0., 0.],
+            [4., 0.],
+            [4., 4.],
+            [0., 4.],
+            [0., 0.],
+            [1., 1.],
+            [1., 3.],
+            [3., 3.],
+            [3., 1.],
+            [1., 1.],
+        ]);
+        let two = flat(&[
+            [0., 0.],
+            [4., 0.],
+            [4., 4.],
+            [3., 3.],
+            [3., 2.],
+            [2., 2.],
+            [2., 3.],
+            [3., 3.],
+            [4., 4.],
+            [0., 4.],
+            [0., 0.],
+            [0.5, 0.5],
+            [0.5, 1.5],
+            [1.5, 1.5],
+            [1.5, 0.5],
+            [0.5, 0.5],
+        ]);
+        for (polygon, expected) in [(one, 12.0), (two, 14.0)] {
+            for shift in 0..polygon.len() {
+                let mut corners = polygon.clone();
+                corners.rotate_left(shift);
+                assert!(
+                    (area(&corners, &triangulate(&corners)) - expected).abs() < 1e-9,
+                    "{shift}"
+                );
+                let turn = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 1.1, -2.0);
+                let turned: Vec<DVec3> = corners.iter().map(|&p| turn * p).collect();
+                let cut = triangulate(&turned);
+                assert!((area(&corners, &cut) - expected).abs() < 1e-9, "{shift}, turned");
+            }
+        }
+    }
+
+    #[test]
+    fn large_polygons_end() {
+        let count = 20_000;
+        let corner = |i: usize| {
+            let angle = i as f64 / count as f64 * std::f64::consts::TAU;
+            let radius = if i.is_multiple_of(2) { 1.0 } else { 0.9 };
+            DVec3::new(angle.cos() * radius, angle.sin() * radius, 0.0)
+        };
+        let corners: Vec<DVec3> = (0..count).map(corner).collect();
+        let expected = 0.5 * count as f64 * 0.9 * (std::f64::consts::TAU / count as f64).sin();
+        assert!((area(&corners, &triangulate(&corners)) / expected - 1.0).abs() < 1e-9);
+    }
+
     #[test]
     fn degenerate_polygons_end() {
         assert_eq!(triangulate(&[DVec3::ZERO; 5]).len(), 3);
         assert_eq!(triangulate(&[DVec3::X, DVec3::Y]).len(), 0);
+        let line: Vec<DVec3> = (0..5).map(|i| DVec3::X * f64::from(i)).collect();
+        assert_eq!(area(&line, &triangulate(&line)), 0.0);
     }
 }

@@ -3,6 +3,7 @@
 //!
 //! ```toml
 //! name = "room"
+//! search_paths = ["textures"]  # where textures are looked for that are not where MTL files say
 //! [camera]                     # all optional; without eye and target the view frames the scene
 //! eye = [0, 1.6, 4]
 //! target = [0, 1.2, 0]
@@ -18,6 +19,8 @@
 //! translate = [0, 0, 0]        # or matrix = [[…], [3 rows of 4]] instead of the three
 //! normals = "file"             # "face", "smooth" up to crease_deg (40)
 //! sides = "auto"               # "one", "two"
+//! materials = "file"           # "diffuse": those of the MTL are meant to be but diffuse
+//! material = "paint"           # name of what no material of the file covers
 //! subdivision = { levels = 3 } # the polygons are a Catmull–Clark cage: SubdivisionEntry
 //! [[mesh]]
 //! file = "fur.hair"            # or .curves, .txt
@@ -49,6 +52,7 @@ use crate::tessellate::CurveShape;
 #[serde(default, deny_unknown_fields)]
 pub struct SceneFile {
     pub name: Option<String>,
+    pub search_paths: Vec<String>,
     pub camera: Option<Spanned<CameraEntry>>,
     pub mesh: Vec<Spanned<MeshEntry>>,
     pub light: Vec<Spanned<LightEntry>>,
@@ -69,6 +73,16 @@ pub struct CameraEntry {
     pub vfov_deg: Option<f32>,
     pub width: Option<u32>,
     pub height: Option<u32>,
+}
+
+/// What materials of an MTL file are rendered as: by all that is understood, or as Lambert of their
+/// Kd, which is then not worth a warning.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shading {
+    #[default]
+    File,
+    Diffuse,
 }
 
 /// How a mesh gets its normals.
@@ -112,6 +126,8 @@ pub struct MeshEntry {
     pub normals: Normals,
     pub crease_deg: Option<f32>,
     pub sides: Sides,
+    pub materials: Shading,
+    pub material: Option<String>,
     pub subdivision: Option<SubdivisionEntry>,
     pub curves: Option<CurvesEntry>,
 }

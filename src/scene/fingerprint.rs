@@ -7,7 +7,7 @@
 //!             say otherwise here (version 1): the hash runs over the values' bits, in order, with
 //!             their counts. Cost  about 1 ns for every 8 B of the scene.
 
-use super::{Light, Scene, Sides};
+use super::{Light, Placement, Scene, Sides};
 use crate::sampling::hash64;
 
 /// Running hash of 64-bit words.
@@ -117,6 +117,10 @@ fn textures(scene: &Scene) -> u64 {
         h.add(u64::from(t.width) << 32 | u64::from(t.height));
         h.bytes(t.srgb.as_flattened());
         h.bytes(&t.mask);
+        // Plain ones add nothing, so that what was kept before there were any stays valid.
+        if t.placement != Placement::default() {
+            h.floats(t.placement.numbers());
+        }
     }
     h.0
 }

@@ -23,7 +23,7 @@ pub use fingerprint::Fingerprint;
 pub use light::Light;
 pub use material::{Material, TextureId};
 pub use mesh::{Mesh, Sides};
-pub use texture::Texture;
+pub use texture::{Placement, Texture};
 
 /// Everything that is rendered.
 #[derive(Clone, Debug, Default)]

@@ -2,15 +2,18 @@
 //!
 //! Input   [`Scene`]. Output  [`Geometry`].
 //! Zero-area and repeated-index triangles are dropped, exact duplicates too (they would tie in
-//! every ray query); both are counted. Quad and sphere lights are appended as triangles of a black
+//! every ray query); both are counted. Two faces back to back at one place that differ in material,
+//! or emit, are two surfaces, and are moved apart by a millionth of their coordinates. Quad and sphere lights are appended as triangles of a black
 //! emissive material, after all meshes, in the order of the lights. Guarantee: triangle order is
 //! the scene's order; the result depends on nothing else. Cost: O(triangles); 12 B per index triple
 //! + 12 B normal + 4 B material + the vertices.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use glam::{Vec2, Vec3};
 
+use super::eyes::Eyes;
 use super::sphere::icosphere;
 use crate::math::Aabb;
 use crate::radiometry::Rgb;
@@ -42,6 +45,8 @@ pub struct Geometry {
     pub materials: Vec<Material>,
     /// The scene's textures.
     pub textures: Vec<Texture>,
+    /// Whence it is seen and lit.
+    pub eyes: Eyes,
     /// Box around everything.
     pub bounds: Aabb,
     /// Zero-area triangles left out.
@@ -63,6 +68,13 @@ pub struct SurfaceAttributes {
     pub albedo: Rgb,
 }
 
+/// Triangles by the bits of their sorted corners: the number of the one that is there and whether
+/// its corners run through the sorted ones forwards; none where two have been moved apart.
+type Seen = HashMap<[[u32; 3]; 3], Option<(u32, bool)>>;
+
+/// How far two faces at one place are moved apart, over their largest coordinate.
+const APART: f32 = 1e-6;
+
 /// Decides where masked surfaces exist; what ray backends ask at each candidate hit.
 #[derive(Clone, Copy, Debug)]
 pub struct Masks<'a>(&'a Geometry);
@@ -73,10 +85,11 @@ impl Geometry {
         let mut g = Self {
             materials: scene.materials.clone(),
             textures: scene.textures.clone(),
+            eyes: Eyes::new(scene),
             ..Self::default()
         };
         let any_uvs = scene.meshes.iter().any(|m| !m.uvs.is_empty());
-        let mut seen = HashSet::new();
+        let mut seen = Seen::new();
         for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
             let base = g.positions.len() as u32;
             g.positions.extend_from_slice(&mesh.positions);
@@ -146,7 +159,7 @@ impl Geometry {
         material: u32,
         light: u32,
         mesh: u32,
-        seen: &mut HashSet<[[u32; 3]; 3]>,
+        seen: &mut Seen,
     ) {
         let [a, b, c] = t.map(|i| self.positions[i as usize]);
         // In f64: products of small f32 edges must not vanish for tiny but honest triangles.
@@ -157,17 +170,54 @@ impl Geometry {
             return;
         }
         // Adding zero turns −0 into +0, so that equal coordinates have equal bits.
-        let mut key = [a, b, c].map(|p| (p + Vec3::ZERO).to_array().map(f32::to_bits));
+        let corners = [a, b, c].map(|p| (p + Vec3::ZERO).to_array().map(f32::to_bits));
+        let mut key = corners;
         key.sort_unstable();
-        if !seen.insert(key) {
-            self.dropped_duplicate += 1;
-            return;
+        let first = corners.iter().position(|&c| c == key[0]).unwrap_or(0);
+        let forward = corners[(first + 1) % 3] == key[1];
+        let index = self.triangles.len() as u32;
+        let mut t = t;
+        match seen.entry(key) {
+            Entry::Vacant(entry) => _ = entry.insert(Some((index, forward))),
+            Entry::Occupied(mut entry) => {
+                let differs = |other: u32| {
+                    let known = self.material_of[other as usize];
+                    known != material || self.materials[known as usize].emits()
+                };
+                match *entry.get() {
+                    Some((other, turned)) if turned != forward && differs(other) => {
+                        entry.insert(None);
+                        let (at, normal) = (other as usize, self.face_normals[other as usize]);
+                        self.triangles[at] = self.lifted(self.triangles[at], normal);
+                        t = self.lifted(t, -normal);
+                    }
+                    _ => {
+                        self.dropped_duplicate += 1;
+                        return;
+                    }
+                }
+            }
         }
         self.triangles.push(t);
         self.face_normals.push(n.normalize().as_vec3());
         self.material_of.push(material);
         self.light_of.push(light);
         self.mesh_of.push(mesh);
+    }
+
+    /// New vertices like those of a triangle, a little along `normal`.
+    fn lifted(&mut self, t: [u32; 3], normal: Vec3) -> [u32; 3] {
+        let largest = |i: u32| self.positions[i as usize].abs().max_element();
+        let step = APART * t.map(largest).into_iter().fold(0.0, f32::max);
+        t.map(|i| {
+            let i = i as usize;
+            self.positions.push(self.positions[i] + normal * step);
+            self.normals.push(self.normals[i]);
+            if !self.uvs.is_empty() {
+                self.uvs.push(self.uvs[i]);
+            }
+            self.positions.len() as u32 - 1
+        })
     }
 
     /// Number of triangles.

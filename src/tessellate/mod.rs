@@ -6,6 +6,7 @@
 
 mod catmull_clark;
 mod curves;
+mod eyes;
 mod geometry;
 mod half_edges;
 mod limit;
@@ -15,6 +16,7 @@ mod topology;
 
 pub use catmull_clark::{Levels, MAX_LEVELS, MAX_TRIANGLES, SubdivisionSettings, subdivide};
 pub use curves::{CurveSettings, CurveShape, tessellate_curves};
+pub use eyes::Eyes;
 pub use geometry::{Geometry, Masks, SurfaceAttributes};
 pub use side::Side;
 pub use topology::{Topology, analyze as analyze_topology};

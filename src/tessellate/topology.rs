@@ -3,8 +3,12 @@
 //! Corners count as one where their positions are exactly equal, whatever their normals or texture
 //! coordinates. A part is what hangs together by edges. It is closed and consistently wound when
 //! every edge is run through equally often in both directions; its signed volume `V = Σ a · (b × c)
-//! / 6` then tells whether fronts look outwards (V > 0). A part with V < 0 is a room when it holds
-//! another part within its box; otherwise somebody wound it inside out.
+//! / 6` then tells whether fronts look outwards (V > 0).
+//!
+//! The backs of a closed part are never seen where it has no hole, none that a mask or an opacity
+//! cuts either, and all eyes, that is the camera and the lamps, are on the side of its fronts: outside
+//! of a body, inside of a room. What is inside has a solid angle of ±4π around it. A part whose
+//! fronts look inwards and that has eyes outside is wound inside out.
 //!
 //! Input   [`Geometry`]. Output  [`Topology`].
 //! Guarantees  the same for any thread count. Not  T-junctions: a part whose edges do not match
@@ -21,15 +25,15 @@ use crate::math::Aabb;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Topology {
     /// Per triangle: the back is never seen, because the part is closed, consistently wound, and
-    /// either turned outwards or a room.
+    /// has all eyes on the side of its fronts.
     pub closed_of_triangle: Vec<bool>,
     /// Connected parts.
     pub components: usize,
     /// Parts closed and consistently wound.
     pub closed_components: usize,
-    /// Closed parts whose fronts look inwards and which hold something.
+    /// Closed parts whose fronts look inwards, with all eyes inside.
     pub rooms: usize,
-    /// Closed parts whose fronts look inwards and which hold nothing: wound inside out.
+    /// Closed parts whose fronts look inwards, with an eye outside: wound inside out.
     pub inside_out: usize,
     /// Edges of one triangle.
     pub boundary_edges: usize,
@@ -73,6 +77,8 @@ struct Part {
     volume: f64,
     bounds: Aabb,
     closed: bool,
+    /// A mask or an opacity cuts holes into it.
+    cut: bool,
 }
 
 /// Analyses edges by exact position.
@@ -127,11 +133,14 @@ pub fn analyze(geometry: &Geometry) -> Topology {
                 volume: 0.0,
                 bounds: Aabb::EMPTY,
                 closed: true,
+                cut: false,
             });
         } else {
             part_of[t as usize] = part_of[root as usize];
         }
+        let material = geometry.material(t);
         let part = &mut parts[part_of[t as usize] as usize];
+        part.cut |= material.opacity < 0.5 || material.opacity_texture.is_some();
         let [a, b, c] = corners.map(|p| p.as_dvec3() - part.origin);
         part.volume += a.dot(b.cross(c)) / 6.0;
         part.bounds = Aabb {
@@ -142,23 +151,21 @@ pub fn analyze(geometry: &Geometry) -> Topology {
     for t in unbalanced {
         parts[part_of[t as usize] as usize].closed = false;
     }
-    let holds_something = |room: &Part| {
-        parts.iter().any(|p| {
-            p.bounds != room.bounds
-                && p.bounds.min.cmpge(room.bounds.min).all()
-                && p.bounds.max.cmple(room.bounds.max).all()
-        })
-    };
+    let closed: Vec<Option<Aabb>> = parts.iter().map(|p| p.closed.then_some(p.bounds)).collect();
+    let eyes = geometry.eyes.sides(geometry, &part_of, &closed);
     let one_sided: Vec<bool> = parts
         .iter()
-        .map(|p| {
+        .zip(&eyes)
+        .map(|(p, &[any_inside, any_outside])| {
             out.closed_components += usize::from(p.closed);
-            if !p.closed || p.volume > 0.0 {
-                return p.closed;
+            if !p.closed {
+                return false;
             }
-            let room = holds_something(p);
-            *(if room { &mut out.rooms } else { &mut out.inside_out }) += 1;
-            room
+            if p.volume > 0.0 {
+                return !p.cut && !any_inside;
+            }
+            *(if any_outside { &mut out.inside_out } else { &mut out.rooms }) += 1;
+            !p.cut && !any_outside
         })
         .collect();
     out.components = parts.len();
@@ -169,7 +176,7 @@ pub fn analyze(geometry: &Geometry) -> Topology {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, Mesh, Scene};
+    use crate::scene::{Camera, Material, Mesh, Scene};
 
     fn cube(center: Vec3, half: f32, inwards: bool) -> Vec<[Vec3; 3]> {
         let p = |i: u32| {
@@ -190,7 +197,12 @@ mod tests {
             .collect()
     }
 
+    /// Seen from far off.
     fn analyzed(soup: &[[Vec3; 3]]) -> Topology {
+        seen_from(Vec3::splat(50.0), soup, Material::default())
+    }
+
+    fn seen_from(eye: Vec3, soup: &[[Vec3; 3]], material: Material) -> Topology {
         let positions: Vec<Vec3> = soup.iter().flatten().copied().collect();
         let n = soup.len() as u32;
         let mesh = Mesh {
@@ -201,7 +213,8 @@ mod tests {
         };
         analyze(&Geometry::new(&Scene {
             meshes: vec![mesh],
-            materials: vec![Material::default()],
+            materials: vec![material],
+            camera: Camera { eye, ..Camera::default() },
             ..Scene::default()
         }))
     }
@@ -222,13 +235,24 @@ mod tests {
         assert!((t.inside_out, t.rooms) == (1, 0) && !t.closed_of_triangle[0]);
     }
 
+    /// Where the eye is decides whether backs are seen: of a room, its block, a body around the eye,
+    /// and of what a mask cuts.
     #[test]
-    fn a_room_that_holds_something_counts() {
+    fn eyes_decide() {
         let mut soup = cube(Vec3::ZERO, 2.0, true);
         soup.extend(cube(Vec3::new(0.5, 0.0, 0.0), 0.5, false));
-        let t = analyzed(&soup);
-        assert_eq!((t.components, t.rooms, t.inside_out), (2, 1, 0));
-        assert!(t.closed_of_triangle.iter().all(|c| *c));
+        let from = |x: f32| seen_from(Vec3::new(x, 0.1, 0.2), &soup, Material::default());
+        let [in_room, in_block, outside] = [-1.0, 0.5, 5.0].map(from);
+        assert_eq!((in_room.components, in_room.rooms, in_room.inside_out), (2, 1, 0));
+        assert!(in_room.closed_of_triangle.iter().all(|c| *c));
+        assert!(in_block.closed_of_triangle[0] && !in_block.closed_of_triangle[12]);
+        assert_eq!((outside.rooms, outside.inside_out), (0, 1));
+        assert!(!outside.closed_of_triangle[0] && outside.closed_of_triangle[12]);
+        let outwards = cube(Vec3::ZERO, 2.0, false);
+        let inside = seen_from(Vec3::new(0.3, 0.1, 0.2), &outwards, Material::default());
+        assert!(!inside.closed_of_triangle.contains(&true));
+        let glass = Material { opacity: 0.2, ..Material::default() };
+        assert!(!seen_from(Vec3::splat(9.0), &outwards, glass).closed_of_triangle[0]);
     }
 
     #[test]

@@ -210,7 +210,7 @@ pub fn cathedral(p: &CathedralParameters) -> Result<Generated, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Scene;
+    use crate::scene::{Camera, Scene};
     use crate::tessellate::{Geometry, analyze_topology};
 
     fn made(detail: f32, lit: bool) -> Generated {
@@ -238,6 +238,7 @@ mod tests {
             let geometry = Geometry::new(&Scene {
                 meshes: vec![made.mesh],
                 materials: made.materials,
+                camera: Camera { eye: Vec3::splat(1e4), ..Camera::default() },
                 ..Scene::default()
             });
             assert_eq!(geometry.dropped_degenerate + geometry.dropped_duplicate, 0, "{detail}");

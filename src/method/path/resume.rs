@@ -34,6 +34,7 @@ pub(super) fn fingerprint(world: &World, settings: &PathSettings, seed: u64) -> 
     for t in &g.textures {
         t.srgb.iter().for_each(|&[r, g, b]| h.word(u64::from(u32::from_le_bytes([r, g, b, 0]))));
         t.mask.iter().for_each(|&m| h.word(u64::from(m)));
+        t.placement.numbers().iter().for_each(|x| h.word(u64::from(x.to_bits())));
     }
     world.lights.describe(&mut |text| {
         let _ = h.write_str(text);
