@@ -175,8 +175,8 @@ fn broken_mtls() {
         ("newmtl a\nmap_Kd\n", "loaded; a.mtl:2: map_Kd names no file and is left out"),
         (
             "newmtl a\nmap_Kd none.png\n",
-            "loaded; none.png: texture of material \"a\" is missing; the plain colour is used; name \
-             its folder in search_paths",
+            "loaded; none.png: texture of material \"a\" is missing; the plain colour is used; \
+             name its folder in search_paths",
         ),
         (
             "newmtl a\nmap_Kd a.obj\n",

@@ -279,3 +279,41 @@ fn rooms_wound_outwards_have_insides() {
     let topology = nearfar::tessellate::analyze_topology(&world.geometry);
     assert!(topology.closed_components == 1 && !topology.closed_of_triangle.contains(&true));
 }
+
+/// What single precision cannot hold is refused, and so is what is but a point.
+#[test]
+fn far_and_flat_scenes_are_refused() {
+    let files = Files::new("faults-far", &[("a.obj", format!("{SQUARE}f 1 2 3 4\n").as_bytes())]);
+    let moved = |by: &str| files.load(&format!("{MESH}\ntranslate = [{by}, 0, 0]"));
+    assert!(moved("1000").is_ok());
+    for by in ["1e4", "5e5", "1e14"] {
+        let refused = moved(by).unwrap_err().to_string();
+        assert!(
+            refused.contains("from the origin") || refused.contains("but a point"),
+            "{refused}"
+        );
+    }
+    files.write("a.obj", b"v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n");
+    let refused = files.load(MESH).unwrap_err().to_string();
+    assert!(refused.contains("a.obj is but a point"), "{refused}");
+}
+
+/// Vertices without a normal are exported with those of their faces.
+#[test]
+fn exported_normals_are_unit() {
+    let obj = format!("{SQUARE}vn 0 0 0\nf 1//2 2//1 3//1 4//1\nf 1 3 4\n");
+    let files = Files::new("faults-export", &[("a.obj", obj.as_bytes())]);
+    let loaded = files.load(MESH).unwrap();
+    let written = nearfar::export::export(&loaded.scene, &files.0.join("mi")).unwrap();
+    let mesh = written.iter().find(|p| p.extension().is_some_and(|x| x == "ply")).unwrap();
+    let bytes = std::fs::read(mesh).unwrap();
+    let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
+    let header = String::from_utf8_lossy(&bytes[..end]).into_owned();
+    let columns = header.matches("property float").count();
+    let count = header.split("element vertex ").nth(1).unwrap().lines().next().unwrap();
+    let rows = bytes[end..].chunks_exact(4 * columns).take(count.parse().unwrap());
+    for row in rows {
+        let number = |i: usize| f32::from_le_bytes(row[4 * i..4 * i + 4].try_into().unwrap());
+        assert!((glam::Vec3::new(number(3), number(4), number(5)).length() - 1.0).abs() < 1e-5);
+    }
+}

@@ -76,7 +76,9 @@ impl SceneOptions {
         cancel: &Arc<AtomicBool>,
     ) -> Result<Job> {
         let mut run = Run::new(self.threads)?;
-        run.deadline = time_limit.map(|s| run.started + Duration::from_secs_f64(s));
+        // A limit that no clock can tell is none.
+        let limit = time_limit.and_then(|s| Duration::try_from_secs_f64(s).ok());
+        run.deadline = limit.and_then(|limit| run.started.checked_add(limit));
         run = with_bar(run, self.quiet, cancel);
         let phase = run.phase("load", 1);
         let Loaded { scene, mut settings, notes, warnings, setting_lines } = self.read()?;

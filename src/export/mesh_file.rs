@@ -11,30 +11,35 @@ use crate::ply::{self, Columns};
 use crate::scene::Mesh;
 
 /// Writes those triangles of `mesh`, with their vertices only, and with its normals if `normals` is
-/// set and it has some. Texture coordinates have v downwards, as Mitsuba reads them from PLY.
+/// set and it has some; a vertex without one gets that of each of its faces. Texture coordinates
+/// have v downwards, as Mitsuba reads them from PLY.
 ///
 /// # Errors
 /// [`crate::error::Error::Io`] when the file cannot be written.
 pub fn write(path: &Path, mesh: &Mesh, triangles: &[[u32; 3]], normals: bool) -> Result<()> {
+    let normals = normals && !mesh.normals.is_empty();
+    let uvs = !mesh.uvs.is_empty();
     let mut ids = HashMap::new();
-    let mut order = Vec::new();
+    let mut order: Vec<(usize, Vec3)> = Vec::new();
     let faces: Vec<[u32; 3]> = triangles
         .iter()
         .map(|t| {
+            let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
+            let of_face = (b - a).cross(c - a).normalize_or_zero().as_vec3();
             t.map(|v| {
-                *ids.entry(v).or_insert_with(|| {
-                    order.push(v as usize);
+                let own = if normals { mesh.normals[v as usize] } else { Vec3::ONE };
+                let normal = if own == Vec3::ZERO { of_face } else { own };
+                *ids.entry((v, normal.to_array().map(f32::to_bits))).or_insert_with(|| {
+                    order.push((v as usize, normal));
                     order.len() as u32 - 1
                 })
             })
         })
         .collect();
-    let normals = normals && !mesh.normals.is_empty();
-    let uvs = !mesh.uvs.is_empty();
-    let row = |v: usize| {
+    let row = |v: usize, normal: Vec3| {
         let mut row = mesh.positions[v].to_array().to_vec();
         if normals {
-            row.extend(mesh.normals[v].to_array());
+            row.extend(normal.to_array());
         }
         if uvs {
             row.extend([mesh.uvs[v].x, 1.0 - mesh.uvs[v].y]);
@@ -44,7 +49,7 @@ pub fn write(path: &Path, mesh: &Mesh, triangles: &[[u32; 3]], normals: bool) ->
     let mut properties = vec!["x", "y", "z"];
     properties.extend(normals.then_some(["nx", "ny", "nz"]).into_iter().flatten());
     properties.extend(uvs.then_some(["u", "v"]).into_iter().flatten());
-    let rows: Vec<Vec<f32>> = order.iter().map(|&v| row(v)).collect();
+    let rows: Vec<Vec<f32>> = order.iter().map(|&(v, normal)| row(v, normal)).collect();
     put(path, &properties, &rows, &faces)
 }
 

@@ -5,9 +5,9 @@
 //! triangles keep their materials. A face without normals in a file that has some gets a zero
 //! normal, which means "face normal", one without texture coordinates the coordinate (0, 0).
 //! Smoothing groups and colours of vertices are left out, with a warning. Materials that are used
-//! but not defined, and libraries that are missing, become a grey and a warning. On an error, and for non-finite numbers, the text is
-//! looked over again for the line. Cost: the file's text and `tobj`'s arrays in memory at once,
-//! about 200 B a triangle.
+//! but not defined, and libraries that are missing, become a grey and a warning. On an error, and
+//! for non-finite numbers, the text is looked over again for the line. Cost: the file's text and
+//! `tobj`'s arrays in memory at once, about 200 B a triangle.
 
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet};
@@ -255,8 +255,8 @@ fn collect_materials(
                  becomes grey; give [material.{UNNAMED}]"
             ),
             _ => format!(
-                "material \"{name}\" is not defined and becomes grey; define it in an MTL file or as \
-                 [material.{name}]"
+                "material \"{name}\" is not defined and becomes grey; define it in an MTL file \
+                 or as [material.{name}]"
             ),
         };
         MtlMaterial::stand_in(name, why)

@@ -1,7 +1,7 @@
 //! The text of OBJ and MTL files as programs really write it → text as the parser takes it.
 //!
-//! [`decode`] takes UTF-8, UTF-16 with a byte order mark and, as Latin-1, what is neither; lines may
-//! end in LF, CR LF or CR. [`plain`] writes statements as `tobj` reads them:
+//! [`decode`] takes UTF-8, UTF-16 with a byte order mark and, as Latin-1, what is neither; lines
+//! may end in LF, CR LF or CR. [`plain`] writes statements as `tobj` reads them:
 //!
 //! * lines that go on after a backslash are joined, comments after data cut off, tabs made spaces;
 //! * `usemtl` without a name gets one, and its comment is cut off where no material has it in its
@@ -136,8 +136,8 @@ pub fn joined(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// The text as `tobj` reads it, and what is lost. `text` comes from [`joined`]; `material` gives the
-/// name that one in `usemtl` means.
+/// The text as `tobj` reads it, and what is lost. `text` comes from [`joined`]; `material` gives
+/// the name that one in `usemtl` means.
 pub fn plain(text: &str, material: impl Fn(&str) -> String) -> (Cow<'_, str>, Changed) {
     let seen = text.par_lines().map(look).reduce(|| 0, |a, b| a | b);
     if seen.count_ones() <= 1 {

@@ -1,8 +1,8 @@
 //! Polygons → triangles.
 //!
-//! A convex polygon becomes the fan around its first corner, any other is projected along its Newell
-//! normal and cut by the crate `earcut`: weakly simple ones too, whose holes are joined to the outer
-//! edge by bridges that are passed twice. Triangles are wound like the polygon. Not:
+//! A convex polygon becomes the fan around its first corner, any other is projected along its
+//! Newell normal and cut by the crate `earcut`: weakly simple ones too, whose holes are joined to
+//! the outer edge by bridges that are passed twice. Triangles are wound like the polygon. Not:
 //! self-intersecting polygons, and those that are so far from flat that their projection is. Cost
 //! O(n log n) as a rule, n the corners of one polygon.
 

@@ -2,8 +2,8 @@
 //!
 //! An eye is inside of a part where the part's triangles have a solid angle of ±4π from there, and
 //! outside where they have none: `Ω = Σ 2 atan(a · (b × c) / (1 + a·b + b·c + c·a))`, a, b, c the
-//! unit directions of a triangle's corners `[VanOosterom83]`. Only parts whose box holds the eye are
-//! asked. Cost: one such term for each triangle of them and each eye.
+//! unit directions of a triangle's corners `[VanOosterom83]`. Only parts whose box holds the eye
+//! are asked. Cost: one such term for each triangle of them and each eye.
 
 use std::collections::HashMap;
 

@@ -3,10 +3,11 @@
 //! Input   [`Scene`]. Output  [`Geometry`].
 //! Zero-area and repeated-index triangles are dropped, exact duplicates too (they would tie in
 //! every ray query); both are counted. Two faces back to back at one place that differ in material,
-//! or emit, are two surfaces, and are moved apart by a millionth of their coordinates. Quad and sphere lights are appended as triangles of a black
-//! emissive material, after all meshes, in the order of the lights. Guarantee: triangle order is
-//! the scene's order; the result depends on nothing else. Cost: O(triangles); 12 B per index triple
-//! + 12 B normal + 4 B material + the vertices.
+//! or emit, are two surfaces, and are moved apart by a millionth of their coordinates. Quad and
+//! sphere lights are appended as triangles of a black emissive material, after all meshes, in the
+//! order of the lights. Guarantee: triangle order is the scene's order; the result depends on
+//! nothing else. Cost: O(triangles); 12 B per index triple + 12 B normal + 4 B material + the
+//! vertices.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;

@@ -6,9 +6,9 @@
 //! / 6` then tells whether fronts look outwards (V > 0).
 //!
 //! The backs of a closed part are never seen where it has no hole, none that a mask or an opacity
-//! cuts either, and all eyes, that is the camera and the lamps, are on the side of its fronts: outside
-//! of a body, inside of a room. What is inside has a solid angle of ±4π around it. A part whose
-//! fronts look inwards and that has eyes outside is wound inside out.
+//! cuts either, and all eyes, that is the camera and the lamps, are on the side of its fronts:
+//! outside of a body, inside of a room. What is inside has a solid angle of ±4π around it. A part
+//! whose fronts look inwards and that has eyes outside is wound inside out.
 //!
 //! Input   [`Geometry`]. Output  [`Topology`].
 //! Guarantees  the same for any thread count. Not  T-junctions: a part whose edges do not match
@@ -235,8 +235,8 @@ mod tests {
         assert!((t.inside_out, t.rooms) == (1, 0) && !t.closed_of_triangle[0]);
     }
 
-    /// Where the eye is decides whether backs are seen: of a room, its block, a body around the eye,
-    /// and of what a mask cuts.
+    /// Where the eye is decides whether backs are seen: of a room, its block, a body around the
+    /// eye, and of what a mask cuts.
     #[test]
     fn eyes_decide() {
         let mut soup = cube(Vec3::ZERO, 2.0, true);
