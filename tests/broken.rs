@@ -364,7 +364,7 @@ fn bare_obj_gets_a_view_and_a_sky() {
     folder.write("a.obj", GOOD_OBJ);
     folder.write("a.mtl", GOOD_MTL);
     let loaded = folder.load("a.obj").unwrap();
-    assert_eq!(loaded.scene.lights.len(), 1);
+    assert_eq!(loaded.scene.lights.len(), 2);
     assert_eq!((loaded.scene.camera.width, loaded.scene.camera.height), (640, 360));
     assert!(
         loaded.notes[0].starts_with("no camera given: a framing one was set, eye = [")

@@ -18,7 +18,8 @@ use super::scene_file::{
     CameraEntry, CurvesEntry, LightEntry, MeshEntry, Normals, SceneFile, Triple, line_at,
 };
 use super::shape::{Shape, curve_settings};
-use super::validate::{MAX_DIAGONAL, bounds, check_camera, check_lens, framing};
+use super::validate::{MAX_DIAGONAL, bounds, check_camera, check_lens};
+use super::view::{framing, guess_up};
 use crate::builtin;
 use crate::error::{Error, Result};
 use crate::math::Aabb;
@@ -351,9 +352,14 @@ impl<'a> Assembly<'a> {
             (None, None) => {
                 let around = bounds(&self.loaded.scene);
                 if !around.is_empty() && around.diagonal() <= MAX_DIAGONAL {
-                    camera = framing(&around, &camera);
+                    let mut guessed = "";
+                    if e.up.is_none() {
+                        camera.up = guess_up(&self.loaded.scene);
+                        guessed = if camera.up == Vec3::Z { ", z upwards" } else { ", y upwards" };
+                    }
+                    camera = framing(&self.loaded.scene, &camera);
                     self.loaded.notes.push(format!(
-                        "no camera given: a framing one was set, eye = {}, target = {}",
+                        "no camera given: a framing one was set, eye = {}, target = {}{guessed}",
                         numbers(camera.eye),
                         numbers(camera.target)
                     ));

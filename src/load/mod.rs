@@ -1,5 +1,5 @@
 //! Files → [`Scene`]: scene TOML (keys: [`scene_file`]), or a bare `.obj` that gets a framing view
-//! and, unless it has emitters, a sky.
+//! and, unless it has emitters, a sky and a sun.
 //!
 //! Input   a path and `--set` overrides. Output  [`Loaded`].
 //! Polygons of an OBJ become a mesh, or a cage that is subdivided at once; `.hair` and text curves
@@ -30,12 +30,12 @@ mod polygon;
 pub mod scene_file;
 mod shape;
 mod validate;
+mod view;
 
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::radiometry::Rgb;
-use crate::scene::{Light, Scene};
+use crate::scene::Scene;
 
 pub use camera_path::load_camera_path;
 pub use validate::MAX_PIXELS;
@@ -94,8 +94,8 @@ pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded> {
     let entry = scene_file::parse(path, &text, overrides)?;
     let mut loaded = assemble::Assembly::new(path, &from).scene(entry)?;
     if bare && !validate::emits(&loaded.scene) {
-        loaded.scene.lights.push(Light::Sky { radiance: Rgb::ONE });
-        loaded.notes.push("no light given: a constant sky of radiance 1 was set".into());
+        loaded.scene.lights.extend(view::lights(loaded.scene.camera.up));
+        loaded.notes.push("no light given: a sky of radiance 0.5 and a sun were set".into());
     }
     validate::check_scene(&loaded.scene, path)?;
     Ok(loaded)

@@ -1,9 +1,7 @@
-//! Checks of a scene that is otherwise well-formed, and the view of a scene that brings none.
+//! Checks of a scene that is otherwise well-formed.
 //! Zero-area triangles pass: [`crate::tessellate`] drops and counts them, `shading::World` warns.
 
 use std::path::Path;
-
-use glam::Vec3;
 
 use crate::error::{Error, Result};
 use crate::math::Aabb;
@@ -78,20 +76,6 @@ pub fn bounds(scene: &Scene) -> Aabb {
     Aabb::around(meshes.chain(lamps))
 }
 
-/// A camera outside `bounds` that holds all of it in view: from the front right, a little above.
-pub fn framing(bounds: &Aabb, camera: &Camera) -> Camera {
-    let radius = (bounds.diagonal() * 0.5).max(1e-6);
-    let aspect = camera.width as f32 / camera.height.max(1) as f32;
-    let half = (camera.vfov_deg.to_radians() * 0.5).tan() * aspect.min(1.0);
-    let distance = radius / half.atan().sin();
-    let target = bounds.center();
-    Camera {
-        eye: target + Vec3::new(0.5, 0.35, 1.0).normalize() * distance,
-        target,
-        ..camera.clone()
-    }
-}
-
 /// Checks that there is something to see.
 ///
 /// # Errors
@@ -158,26 +142,4 @@ pub fn emits(scene: &Scene) -> bool {
         .meshes
         .iter()
         .any(|m| m.materials.iter().any(|&i| scene.materials[i as usize].emits()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::Vec2;
-
-    #[test]
-    fn framing_holds_the_corners() {
-        let b = Aabb { min: Vec3::new(-1.0, 0.0, 2.0), max: Vec3::new(3.0, 1.0, 9.0) };
-        for (width, height) in [(640, 360), (100, 300)] {
-            let c = framing(&b, &Camera { width, height, ..Camera::default() });
-            check_camera(&c, Path::new("x"), None).unwrap();
-            for k in 0..8 {
-                let pick =
-                    |bit: usize, i: usize| if k >> bit & 1 == 0 { b.min[i] } else { b.max[i] };
-                let (Vec2 { x, y }, _) =
-                    c.project(Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2))).unwrap();
-                assert!(x >= 0.0 && x <= width as f32 && y >= 0.0 && y <= height as f32);
-            }
-        }
-    }
 }
