@@ -93,11 +93,12 @@ impl<'a> Flight<'a> {
                 "frames that share nothing start from no file and leave none".into(),
             ));
         }
-        let renderer = Renderer::new(scene, config, run)?;
+        let mut renderer = Renderer::new(scene, config, run)?;
+        renderer.world_mut().follow(&views, run);
         let world = renderer.world();
-        let (settings, inputs) = (&config.decompose, config.inputs(world.diagonal));
+        let (settings, inputs) = (&config.decompose, config.inputs(world.extent));
         let load = |path: &std::path::PathBuf| {
-            let key = store::key(Fingerprint::new(scene), &inputs, settings, world.diagonal);
+            let key = store::key(Fingerprint::new(scene), &inputs, settings, world.extent);
             store::load(path, &key, &inputs, settings)
         };
         let loaded = kept.load.as_ref().map(load).transpose()?;
@@ -131,7 +132,7 @@ impl<'a> Flight<'a> {
         self.renderer.world_mut().camera = self.views[i].clone();
         let (world, run) = (self.renderer.world(), self.renderer.run());
         let config = self.renderer.config();
-        let (settings, inputs) = (&config.decompose, config.inputs(world.diagonal));
+        let (settings, inputs) = (&config.decompose, config.inputs(world.extent));
         let now = match self.known.take() {
             Some(mut known) if self.reuse != Reuse::None => {
                 known.look(world, settings, inputs, self.reuse == Reuse::Extend, run)?;
@@ -162,9 +163,9 @@ impl<'a> Flight<'a> {
     pub fn save(&self, path: &Path) -> Result<()> {
         let Some(prepared) = &self.known else { return Ok(()) };
         let (world, config) = (self.renderer.world(), self.renderer.config());
-        let inputs = config.inputs(world.diagonal);
+        let inputs = config.inputs(world.extent);
         let scene = Fingerprint::new(self.renderer.scene());
-        let key = store::key(scene, &inputs, &config.decompose, world.diagonal);
+        let key = store::key(scene, &inputs, &config.decompose, world.extent);
         store::save(path, &key, &store::Known::new(prepared), &inputs, &config.decompose)
     }
 }

@@ -100,7 +100,7 @@ impl<'a> Renderer<'a> {
             );
             return Err(Error::setting("converge.enabled", message));
         }
-        let config = self.config.clone().for_method(method, self.world.diagonal)?;
+        let config = self.config.clone().for_method(method, self.world.extent)?;
         let mut found = picture(self, &config, method, kept)?;
         let mut converge = None;
         if converging {
