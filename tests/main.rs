@@ -21,6 +21,7 @@ mod export;
 mod faults;
 mod gallery;
 mod guide;
+mod hostile;
 mod info;
 mod install;
 mod near_far;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Columns, Element, Header, Rows};
 use crate::error::{Error, Result};
+use crate::input_file;
 
 /// An open file, read up to its first row.
 #[derive(Debug)]
@@ -25,7 +26,7 @@ impl Reader {
     /// little-endian PLY whose first element is `vertex`, with the line of the header.
     pub fn open(path: &Path) -> Result<Self> {
         let io = |source| Error::Io { path: path.into(), source };
-        let file = File::open(path).map_err(io)?;
+        let file = input_file::open(path)?;
         let length = file.metadata().map_err(io)?.len();
         let mut input = BufReader::with_capacity(1 << 18, file);
         let header = Header::read(&mut input)

@@ -10,6 +10,7 @@ use crate::denoise::{Parts, denoise};
 use crate::error::{Error, Result};
 use crate::ffi::oidn::Denoiser;
 use crate::film::Film;
+use crate::memory;
 use crate::method::converge::ConvergeStatistics;
 use crate::method::locations::Locations;
 use crate::method::path::{self, PathSettings};
@@ -48,6 +49,9 @@ impl<'a> Renderer<'a> {
     /// A backend or a denoiser that cannot be had; settings out of range.
     pub fn new(scene: &'a Scene, config: &'a RenderConfig, run: &'a Run) -> Result<Self> {
         config.validate()?;
+        let (width, height) = (scene.camera.width, scene.camera.height);
+        let bytes = memory::of_picture(u64::from(width) * u64::from(height));
+        memory::claim(bytes, &format!("a picture of {width}×{height} pixels"), "make it smaller")?;
         let denoiser = config.denoise.open(run)?;
         let world = World::new(scene, config.backend, run)?;
         if run.install(|| camera_inside_wall(&world)) {
