@@ -24,6 +24,7 @@ mod guide;
 mod hostile;
 mod info;
 mod install;
+mod invariance;
 mod near_far;
 mod path;
 mod pixel_filter;
