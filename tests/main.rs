@@ -24,6 +24,7 @@ mod guide;
 mod info;
 mod install;
 mod near_far;
+mod nothing_lost;
 mod path;
 mod pixel_filter;
 mod places;

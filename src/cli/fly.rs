@@ -13,8 +13,9 @@ use toml::Value;
 
 use super::options::{Job, SceneOptions};
 use super::picture::ImageOptions;
-use super::{check_writable, write_json};
+use super::write_json;
 use crate::accel::Backend;
+use crate::atomic_file;
 use crate::compare::flicker::{Flicker, Frame};
 use crate::error::{Error, Result};
 use crate::load::load_camera_path;
@@ -146,7 +147,7 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     [&args.stats, &args.save_cache]
         .into_iter()
         .flatten()
-        .try_for_each(|path| check_writable(path))?;
+        .try_for_each(|path| atomic_file::check(path))?;
     let mut job = args.scene.prepare(&settings, None, cancel)?;
     // Noise that stays on the surfaces, unless another is asked for.
     if args.reuse != Reuse::None {
@@ -155,7 +156,8 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     let job = job;
     let views = views(args, &job.scene.camera)?;
     let start = process::cpu_seconds();
-    let kept = Kept { load: args.load_cache.clone(), save: args.save_cache.clone() };
+    let kept =
+        Kept { load: args.load_cache.clone(), save: args.save_cache.clone(), ..Kept::default() };
     let mut flight =
         Flight::new(&job.scene, &job.config, views.clone(), args.reuse, &kept, &job.run)?;
     std::fs::create_dir_all(&args.output)

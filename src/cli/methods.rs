@@ -9,7 +9,6 @@ use clap::Args;
 use std::io::IsTerminal;
 use toml::{Table, Value};
 
-use super::check_writable;
 use super::measure::{Configuration, Measured, Workshop};
 use super::options::{Job, SceneOptions};
 use crate::atomic_file;
@@ -352,7 +351,7 @@ pub(super) fn run(
         ));
     }
     if let Some(path) = &options.chart {
-        check_writable(path)?;
+        atomic_file::check(path)?;
     }
     let job = scene.prepare(&[], None, cancel)?;
     let entries = entries(options, &job.given)?;

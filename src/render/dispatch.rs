@@ -1,11 +1,13 @@
 //! Which function a [`Method`] is.
 
+use super::checkpoint::Tracer;
 use super::kept::Kept;
 use super::renderer::Renderer;
 use crate::config::RenderConfig;
 use crate::error::Result;
+use crate::film::read_whole_exr;
 use crate::method::{
-    Method, Rendered, cache, decompose, direct, final_gather, local_correction, path, photon_map,
+    Method, Rendered, cache, decompose, direct, final_gather, local_correction, photon_map,
     point_based,
 };
 use crate::scene::Fingerprint;
@@ -24,7 +26,7 @@ pub(super) fn picture(
         Method::Decomposition | Method::Course => decomposed(renderer, config, kept),
         Method::IrradianceCache => cached(renderer, config, kept),
         Method::Gather => final_gather::render(world, &config.gather, inputs, run),
-        Method::Path => path::render(world, &config.path, seed, run),
+        Method::Path => traced(renderer, config, kept),
         Method::PointBased => point_based::render(world, &config.point_based, inputs, run),
         Method::LocalCorrection => {
             local_correction::render(world, &config.local, &config.record, seed, run)
@@ -32,6 +34,12 @@ pub(super) fn picture(
         Method::Direct => direct::render(world, &config.record, &config.direct, seed, run),
         Method::PhotonMap => photon_map::render(world, inputs, run),
     }
+}
+
+fn traced(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result<Rendered> {
+    let earlier = kept.resume.as_deref().map(read_whole_exr).transpose()?;
+    let mut tracer = Tracer::new((renderer.world(), config, renderer.run()), Method::Path, kept);
+    tracer.picture(earlier, false)
 }
 
 fn decomposed(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result<Rendered> {

@@ -13,6 +13,7 @@
 //! |---|---|
 //! | `renderer` | [`Renderer`]: the steps |
 //! | `dispatch` | which function a [`Method`] is |
+//! | `checkpoint` | [`Checkpoint`]: progressive pictures that can be gone on with |
 //! | `kept` | [`Kept`]: files of earlier work to start from and to write |
 //! | `flight` | [`Flight`]: the frames of a camera path |
 //! | `irradiance` | [`Renderer::irradiance`]: light at points that no camera needs to see |
@@ -24,6 +25,7 @@
 //! whichever way they are asked for. Nothing is printed; warnings and progress go to the
 //! `Run`'s reporter.
 
+mod checkpoint;
 mod dispatch;
 mod flight;
 mod header;
@@ -33,6 +35,7 @@ mod renderer;
 mod statistics;
 mod view;
 
+pub use checkpoint::Checkpoint;
 pub use flight::{Flight, Frame, Reuse};
 pub use header::describe;
 pub use irradiance::{PointIrradiance, SurfacePoints};

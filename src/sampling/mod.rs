@@ -4,6 +4,10 @@
 //! A key is (seed, [`Stream`], element, sample). Two passes never share a stream, so adding samples
 //! to one leaves the others' bits alone.
 
+/// Samples per pixel that no run reaches and that the sampler can still count: a limit on time or
+/// error alone decides.
+pub const ENDLESS: u32 = 1 << 30;
+
 mod discrete;
 mod grid;
 mod pixel_filter;

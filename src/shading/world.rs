@@ -17,6 +17,8 @@ pub struct World {
     pub camera: Camera,
     /// World-space triangles.
     pub geometry: Arc<Geometry>,
+    /// Who answers ray queries.
+    pub backend: Backend,
     /// Ray queries against them.
     pub rays: Box<dyn RayQuery>,
     /// All light sources.
@@ -42,7 +44,8 @@ impl World {
         let rays = run.install(|| build(backend, &geometry, run.threads()))?;
         let lights = LightTable::new(scene, &geometry);
         let diagonal = geometry.bounds.diagonal();
-        Ok(Self { camera: scene.camera.clone(), geometry, rays, lights, diagonal })
+        let camera = scene.camera.clone();
+        Ok(Self { camera, geometry, backend, rays, lights, diagonal })
     }
 
     /// The surface a ray meets, facing back along it.
