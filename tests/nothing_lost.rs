@@ -92,10 +92,15 @@ const PROGRESSIVE: [&[&str]; 3] = [
 ];
 
 /// Kills a command after each time, goes on, and compares with the command left alone.
-fn killed(folder: &Folder, command: &[&str], moments: impl Iterator<Item = Option<Duration>>) {
+///
+/// A moment is a share of the time that the command takes, or the first partial picture; the number
+/// of times that there was something to kill.
+fn killed(folder: &Folder, command: &[&str], moments: &[Option<f64>]) -> usize {
     let (whole, out) = (folder.at("whole.exr"), folder.at("o.exr"));
     let common = ["-q", "--checkpoint", "0.05", "-o"];
+    let begin = Instant::now();
     let done = nearfar(&[command, &common, &[&whole]].concat());
+    let time = begin.elapsed();
     assert_eq!(done.status.code(), Some(0), "{}", said(&done));
     let expected = content(&whole);
     let going = [command, &common, &[&out, "--resume"]].concat();
@@ -103,7 +108,7 @@ fn killed(folder: &Folder, command: &[&str], moments: impl Iterator<Item = Optio
     for moment in moments {
         let mut child = start(&going);
         match moment {
-            Some(moment) => std::thread::sleep(moment),
+            Some(moment) => std::thread::sleep(time.mul_f64(*moment)),
             None => {
                 until(&mut child, || std::path::Path::new(&folder.at("o.partial.exr")).exists())
             }
@@ -115,18 +120,19 @@ fn killed(folder: &Folder, command: &[&str], moments: impl Iterator<Item = Optio
             std::fs::remove_file(&out).unwrap();
         }
     }
-    assert!(kills > 0, "nothing was killed");
     let done = nearfar(&going);
     assert_eq!(done.status.code(), Some(0), "{command:?}: {}", said(&done));
     assert!(content(&out) == expected, "{command:?} after {kills} kills");
     let left = folder.names();
     assert!(!left.iter().any(|name| name.contains("partial")), "{left:?}");
+    kills
 }
 
 #[test]
 fn what_is_killed_goes_on_to_the_same_bits() {
     for (i, command) in PROGRESSIVE.iter().enumerate() {
-        killed(&Folder::new(&format!("killed-{i}")), command, [None, None].into_iter());
+        let folder = Folder::new(&format!("killed-{i}"));
+        assert!(killed(&folder, command, &[None, None]) > 0, "nothing was killed");
     }
 }
 
@@ -134,14 +140,16 @@ fn what_is_killed_goes_on_to_the_same_bits() {
 #[ignore = "slow: minutes of renders that are killed"]
 fn what_is_killed_at_random_moments_goes_on_to_the_same_bits() {
     let mut random = 12_345u64;
-    for round in 0..17 {
-        for (i, command) in PROGRESSIVE.iter().enumerate() {
-            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            let moment = Duration::from_millis(random >> 33 & 1023);
-            let folder = Folder::new(&format!("random-{round}-{i}"));
-            killed(&folder, command, [Some(moment)].into_iter());
-        }
+    let mut moment = || {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        Some((random >> 32) as f64 / 4_294_967_296.0)
+    };
+    let mut kills = 0;
+    for (i, command) in PROGRESSIVE.iter().enumerate() {
+        let moments: Vec<Option<f64>> = (0..20).map(|_| moment()).collect();
+        kills += killed(&Folder::new(&format!("random-{i}")), command, &moments);
     }
+    assert!(kills >= 50, "only {kills} of 60 were killed in time");
 }
 
 #[test]
@@ -173,5 +181,101 @@ fn ctrl_c_leaves_the_finished_picture_and_says_what_is_kept() {
         assert_eq!(done.status.code(), Some(0), "{}", said(&done));
         assert!(content(&out) == content(&whole), "{command:?}");
         assert_eq!(folder.names(), ["o.exr", "o.json", "whole.exr"]);
+    }
+}
+
+/// A film of the Cornell box in four small frames.
+fn fly(folder: &Folder, film: &str, more: &[&str]) -> Vec<String> {
+    let scene = ["--size", "24x24", "--spp", "2", "--frames", "4", "--to-eye", "300,273,-780"];
+    let cheap = ["--set", "proxy.photons=5000", "--set", "decompose.rays=64", "-q"];
+    let out = folder.at(film);
+    let words = [&["fly", SCENE, "-o", &out], &scene[..], &cheap, more].concat();
+    words.into_iter().map(str::to_owned).collect()
+}
+
+fn strings(words: &[String]) -> Vec<&str> {
+    words.iter().map(String::as_str).collect()
+}
+
+#[test]
+fn a_film_goes_on_at_the_frame_where_it_stopped() {
+    for reuse in ["plan", "extend", "none"] {
+        let folder = Folder::new(&format!("film-{reuse}"));
+        let kept = ["--reuse", reuse, "--checkpoint", "0.000001"];
+        let whole = nearfar(&strings(&fly(&folder, "whole", &kept)));
+        assert_eq!(whole.status.code(), Some(0), "{}", said(&whole));
+        let frame = |film: &str, i: usize| folder.at(&format!("{film}/frame_{i:04}.exr"));
+        let going = fly(&folder, "film", &[&kept[..], &["--resume"]].concat());
+        let mut child = start(&strings(&going));
+        until(&mut child, || std::path::Path::new(&frame("film", 2)).exists());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let first = std::fs::metadata(frame("film", 1)).unwrap().modified().unwrap();
+        let done = nearfar(&strings(&going));
+        assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+        assert_eq!(std::fs::metadata(frame("film", 1)).unwrap().modified().unwrap(), first);
+        for i in 1..=4 {
+            assert!(content(&frame("film", i)) == content(&frame("whole", i)), "{reuse} {i}");
+        }
+        assert!(!std::path::Path::new(&folder.at("film/film.partial.ply")).exists());
+    }
+}
+
+#[test]
+fn frames_of_two_films_do_not_mix() {
+    let folder = Folder::new("films");
+    let film = |more: &[&str]| nearfar(&strings(&fly(&folder, "film", more)));
+    assert_eq!(film(&[]).status.code(), Some(0));
+    let frame = folder.at("film/frame_0002.exr");
+    let old = std::fs::read(&frame).unwrap();
+    for other in [&["--seed", "9"][..], &["--seed", "9", "--resume"], &["--half"]] {
+        let refused = film(other);
+        let text = said(&refused);
+        assert_eq!(refused.status.code(), Some(2), "{other:?}: {text}");
+        assert!(text.contains("frame_0001.exr") && text.contains("another film"), "{text}");
+        assert_eq!(std::fs::read(&frame).unwrap(), old);
+    }
+    let again = film(&["--seed", "9", "--replace", "--frames", "2"]);
+    assert!(again.status.code() == Some(2), "an option twice");
+    let short = fly(&folder, "film", &["--seed", "9", "--replace"]);
+    let short: Vec<&str> =
+        strings(&short).into_iter().map(|w| if w == "4" { "2" } else { w }).collect();
+    let again = nearfar(&short);
+    assert_eq!(again.status.code(), Some(0), "{}", said(&again));
+    let left: Vec<_> = std::fs::read_dir(folder.at("film")).unwrap().collect();
+    assert_eq!(left.len(), 2, "frames of the other film are left");
+}
+
+/// Every bit of a file counts.
+#[test]
+fn a_damaged_file_is_refused_with_its_name() {
+    let folder = Folder::new("damaged");
+    let at = |name: &str| folder.at(name);
+    let (begun, cache, cloud) = (at("begun.exr"), at("cache.ply"), at("cloud.ply"));
+    let (out, small) = (at("o.exr"), ["--size", "16x12", "-q"]);
+    let run = |words: &[&str]| nearfar(&[words, &small].concat());
+    let cheap = ["--set", "proxy.photons=2000", "--set", "decompose.rays=32"];
+    let first = run(&["reference", SCENE, "--spp", "2", "-o", &begun]);
+    assert_eq!(first.status.code(), Some(0), "{}", said(&first));
+    let saved = [&["render", SCENE, "-o", &out, "--save-cache", &cache], &cheap[..]].concat();
+    assert_eq!(run(&saved).status.code(), Some(0));
+    let baked = ["cloud", "bake", SCENE, "-o", &cloud, "--elements", "300"];
+    assert_eq!(run(&baked).status.code(), Some(0));
+    let loaded = [&["render", SCENE, "-o", &out, "--load-cache", &cache], &cheap[..]].concat();
+    for (file, command) in [
+        (&begun, vec!["reference", SCENE, "--spp", "4", "-o", &out, "--resume", &begun]),
+        (&cache, loaded),
+        (&cloud, vec!["cloud", "gather", SCENE, "-o", &out, "--cloud", &cloud]),
+    ] {
+        let good = std::fs::read(file).unwrap();
+        assert_eq!(run(&command).status.code(), Some(0), "{file}");
+        for part in 1..8 {
+            let mut bytes = good.clone();
+            bytes[good.len() * part / 8] ^= 1 << part;
+            std::fs::write(file, &bytes).unwrap();
+            let refused = run(&command);
+            let text = said(&refused);
+            assert!(refused.status.code() == Some(2) && text.contains(file.as_str()), "{text}");
+        }
     }
 }

@@ -27,6 +27,7 @@ mod progress;
 mod render;
 mod report;
 mod settings;
+mod shelf;
 mod show;
 mod stop;
 

@@ -66,7 +66,7 @@ pub fn write_quad(path: &Path, corner: Vec3, edge1: Vec3, edge2: Vec3) -> Result
 fn put(path: &Path, properties: &[&str], rows: &[Vec<f32>], faces: &[[u32; 3]]) -> Result<()> {
     let vertex = Columns::new("vertex").floats(properties.iter().copied());
     let elements = [(vertex, rows.len()), (Columns::triangles(), faces.len())];
-    ply::write(path, &[], &elements, |out| {
+    ply::write_for_others(path, &elements, |out| {
         rows.iter().try_for_each(|row| out.floats(row.iter().copied()))?;
         faces.iter().try_for_each(|&face| out.triangle(face))
     })

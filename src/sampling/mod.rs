@@ -18,7 +18,7 @@ mod warp;
 pub use discrete::Discrete;
 pub use grid::Grid;
 pub use pixel_filter::{FilterShape, PixelFilter};
-pub use rng::{Rng, Stream, hash64, pixel_of_view, sub_seed};
+pub use rng::{Rng, Stream, hash_bytes, hash64, pixel_of_view, sub_seed};
 pub use sobol::Sobol;
 pub use warp::{
     pdf_cosine_hemisphere, pdf_uniform_cone, sample_cosine_hemisphere, sample_disc,

@@ -79,7 +79,7 @@ impl Key {
 
     /// True when the picture was begun by this key.
     pub(super) fn is_begun(&self, at: &Path) -> bool {
-        with(at, "exr").is_file() && self.is_in(&with(at, "begun"))
+        self.is_in(&with(at, "begun"))
     }
 
     fn is_in(&self, file: &Path) -> bool {
