@@ -171,6 +171,7 @@ fn target(path: &Path) -> io::Result<PathBuf> {
             Ok(there) if there.is_file() && there.permissions().readonly() => {
                 return refuse("is read-only: remove it, or give another name");
             }
+            Err(error) if error.kind() == io::ErrorKind::InvalidFilename => return Err(error),
             _ => return Ok(target),
         }
     }
@@ -281,6 +282,7 @@ mod tests {
         check(&folder.0.join(&longest)).unwrap();
         write_bytes(&folder.0.join(&longest), "x").unwrap();
         assert_eq!(folder.names(), [longest.clone()]);
+        assert!(check(&folder.0.join(longest.clone() + "x")).is_err());
         assert!(write_bytes(&folder.0.join(longest + "x"), "x").is_err());
         assert_eq!(folder.names().len(), 1);
     }

@@ -91,11 +91,35 @@ const PROGRESSIVE: [&[&str]; 3] = [
     ],
 ];
 
-/// Kills a command after each time, goes on, and compares with the command left alone.
-///
-/// A moment is a share of the time that the command takes, or the first partial picture; the number
-/// of times that there was something to kill.
-fn killed(folder: &Folder, command: &[&str], moments: &[Option<f64>]) -> usize {
+/// Shares of a time, evenly spread, the same in every run.
+struct Moments(u64);
+
+impl Iterator for Moments {
+    type Item = f64;
+    fn next(&mut self) -> Option<f64> {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        Some((self.0 >> 32) as f64 / 4_294_967_296.0)
+    }
+}
+
+/// Runs a command that goes on, and kills it after a share of `time`, again and again, until it was
+/// killed so often.
+fn kill(command: &[&str], times: usize, time: Duration, moments: &mut Moments) {
+    let mut kills = 0;
+    for moment in moments {
+        let mut child = start(command);
+        std::thread::sleep(time.mul_f64(moment));
+        kills += usize::from(child.try_wait().unwrap().is_none());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        if kills == times {
+            return;
+        }
+    }
+}
+
+/// Kills a command, goes on, and compares with the command left alone.
+fn killed(folder: &Folder, command: &[&str], kills: &dyn Fn(&[&str], Duration)) {
     let (whole, out) = (folder.at("whole.exr"), folder.at("o.exr"));
     let common = ["-q", "--checkpoint", "0.05", "-o"];
     let begin = Instant::now();
@@ -104,52 +128,56 @@ fn killed(folder: &Folder, command: &[&str], moments: &[Option<f64>]) -> usize {
     assert_eq!(done.status.code(), Some(0), "{}", said(&done));
     let expected = content(&whole);
     let going = [command, &common, &[&out, "--resume"]].concat();
-    let mut kills = 0;
-    for moment in moments {
-        let mut child = start(&going);
-        match moment {
-            Some(moment) => std::thread::sleep(time.mul_f64(*moment)),
-            None => {
-                until(&mut child, || std::path::Path::new(&folder.at("o.partial.exr")).exists())
-            }
-        }
-        kills += usize::from(child.try_wait().unwrap().is_none());
-        child.kill().unwrap();
-        child.wait().unwrap();
-        if std::path::Path::new(&out).exists() {
-            std::fs::remove_file(&out).unwrap();
-        }
-    }
+    kills(&going, time);
     let done = nearfar(&going);
     assert_eq!(done.status.code(), Some(0), "{command:?}: {}", said(&done));
-    assert!(content(&out) == expected, "{command:?} after {kills} kills");
+    assert!(content(&out) == expected, "{command:?}");
     let left = folder.names();
     assert!(!left.iter().any(|name| name.contains("partial")), "{left:?}");
-    kills
 }
 
 #[test]
 fn what_is_killed_goes_on_to_the_same_bits() {
     for (i, command) in PROGRESSIVE.iter().enumerate() {
         let folder = Folder::new(&format!("killed-{i}"));
-        assert!(killed(&folder, command, &[None, None]) > 0, "nothing was killed");
+        let partial = folder.at("o.partial.exr");
+        killed(&folder, command, &|going, _| {
+            for _ in 0..2 {
+                let mut child = start(going);
+                until(&mut child, || std::path::Path::new(&partial).exists());
+                child.kill().unwrap();
+                child.wait().unwrap();
+            }
+        });
     }
 }
 
 #[test]
-#[ignore = "slow: minutes of renders that are killed"]
+#[ignore = "slow: a minute of renders that are killed"]
 fn what_is_killed_at_random_moments_goes_on_to_the_same_bits() {
-    let mut random = 12_345u64;
-    let mut moment = || {
-        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        Some((random >> 32) as f64 / 4_294_967_296.0)
-    };
-    let mut kills = 0;
-    for (i, command) in PROGRESSIVE.iter().enumerate() {
-        let moments: Vec<Option<f64>> = (0..20).map(|_| moment()).collect();
-        kills += killed(&Folder::new(&format!("random-{i}")), command, &moments);
+    for round in 0..7 {
+        for (i, command) in PROGRESSIVE.iter().enumerate() {
+            let folder = Folder::new(&format!("random-{round}-{i}"));
+            let mut moments = Moments(100 * round + i as u64);
+            let moments = std::cell::RefCell::new(&mut moments);
+            killed(&folder, command, &|going, time| {
+                kill(going, 2, time, &mut moments.borrow_mut());
+            });
+        }
+        for reuse in ["plan", "extend", "none"] {
+            let folder = Folder::new(&format!("random-{round}-{reuse}"));
+            let kept = ["--reuse", reuse, "--checkpoint", "0.000001"];
+            let begin = Instant::now();
+            assert_eq!(nearfar(&strings(&fly(&folder, "whole", &kept))).status.code(), Some(0));
+            let going = fly(&folder, "film", &[&kept[..], &["--resume"]].concat());
+            kill(&strings(&going), 1, begin.elapsed(), &mut Moments(round));
+            assert_eq!(nearfar(&strings(&going)).status.code(), Some(0));
+            for i in 1..=4 {
+                let frame = |film: &str| content(&folder.at(&format!("{film}/frame_{i:04}.exr")));
+                assert!(frame("film") == frame("whole"), "{reuse} {i}");
+            }
+        }
     }
-    assert!(kills >= 50, "only {kills} of 60 were killed in time");
 }
 
 #[test]

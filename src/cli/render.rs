@@ -17,9 +17,10 @@ use crate::atomic_file;
 use crate::config::parse_value;
 use crate::denoise::Denoise;
 use crate::error::{Error, Result};
-use crate::film;
+use crate::film::{self, Film};
+use crate::method::locations::Locations;
 use crate::method::{Method, photon_map};
-use crate::render::{Kept, Rendered, Renderer};
+use crate::render::{Kept, Rendered, Renderer, Statistics};
 use crate::sampling::ENDLESS;
 
 /// Options of `nearfar render`.
@@ -184,13 +185,17 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     {
         eprintln!("note: {converge}");
     }
-    write_samples(args, &rendered)?;
+    // The picture first: nothing that cannot be written keeps it from its file.
+    let marks = rendered.film.channels.get("location").cloned();
+    let Rendered { mut film, mut statistics, locations } = rendered;
+    args.output.image.write(&mut film, &args.output.output, &job)?;
+    write_samples(args, &film, marks.as_deref(), &locations)?;
     if let Some(path) = &args.photons {
         let world = renderer.world();
         let inputs = job.config.inputs(world.diagonal).proxy();
         photon_map::write_photons(world, inputs, path, &job.run)?;
     }
-    finish(&args.output, &job, rendered)
+    finish(&args.output, &job, &mut statistics)
 }
 
 /// # Errors
@@ -211,15 +216,15 @@ pub(super) fn reference(args: &ReferenceArgs, cancel: &Arc<AtomicBool>) -> Resul
     if job.run.cancelled() {
         return Err(args.keep.stopped(&args.output, &job, rendered));
     }
-    finish(&args.output, &job, rendered)
+    let Rendered { mut film, mut statistics, .. } = rendered;
+    args.output.image.write(&mut film, &args.output.output, &job)?;
+    finish(&args.output, &job, &mut statistics)
 }
 
-/// Writes image and statistics.
-fn finish(output: &OutputOptions, job: &Job, rendered: Rendered) -> Result<()> {
-    let Rendered { mut film, mut statistics, .. } = rendered;
-    output.image.write(&mut film, &output.output, job)?;
+/// Writes statistics; what was kept of the picture while it was made goes.
+fn finish(output: &OutputOptions, job: &Job, statistics: &mut Statistics) -> Result<()> {
     statistics.refresh(&job.run);
-    output.finish(&statistics, job)?;
+    output.finish(statistics, job)?;
     keep::forget(output);
     Ok(())
 }
@@ -227,17 +232,20 @@ fn finish(output: &OutputOptions, job: &Job, rendered: Rendered) -> Result<()> {
 /// Stops by which the picture under the dots is darkened.
 const BACKDROP_STOPS: f32 = -2.0;
 
-fn write_samples(args: &RenderArgs, rendered: &Rendered) -> Result<()> {
+fn write_samples(
+    args: &RenderArgs,
+    film: &Film,
+    marks: Option<&[f32]>,
+    locations: &Locations,
+) -> Result<()> {
     if let Some(path) = &args.locations {
-        rendered.locations.write_ply(path)?;
+        locations.write_ply(path)?;
     }
-    if let (Some(path), Some(marks)) = (&args.locations_png, rendered.film.channels.get("location"))
-    {
+    if let (Some(path), Some(marks)) = (&args.locations_png, marks) {
         let exposure = args.output.image.exposure + BACKDROP_STOPS;
-        let mut pixels = rendered.film.rgb("").unwrap_or_default();
+        let mut pixels = film.rgb("").unwrap_or_default();
         mark(&mut pixels, marks, exposure);
-        let (width, height) = (rendered.film.width, rendered.film.height);
-        film::write_png_rgb(&pixels, width, height, path, exposure)?;
+        film::write_png_rgb(&pixels, film.width, film.height, path, exposure)?;
     }
     Ok(())
 }

@@ -1,8 +1,11 @@
 //! Which function a [`Method`] is.
 
+use std::path::Path;
+
 use super::checkpoint::Tracer;
 use super::kept::Kept;
 use super::renderer::Renderer;
+use crate::atomic_file;
 use crate::config::RenderConfig;
 use crate::error::Result;
 use crate::film::read_whole_exr;
@@ -57,7 +60,9 @@ fn decomposed(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Re
     };
     if let Some(path) = &kept.save {
         let _phase = run.phase("save", 1);
-        store::save(path, &key(), &store::Known::new(&prepared), &inputs, settings)?;
+        let known = store::Known::new(&prepared);
+        let save = |path: &Path| store::save(path, &key(), &known, &inputs, settings);
+        atomic_file::rescued(path, save)?;
     }
     decompose::picture(world, settings, &prepared, inputs.seed, run)
 }
@@ -70,7 +75,7 @@ fn cached(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result
     let earlier = kept.load.as_deref().map(|path| store::load(path, &key())).transpose()?;
     let (rendered, cache) = cache::render(world, settings, inputs, earlier, run)?;
     if let Some(path) = &kept.save {
-        store::save(path, &key(), &cache.records)?;
+        atomic_file::rescued(path, |path| store::save(path, &key(), &cache.records))?;
     }
     Ok(rendered)
 }

@@ -144,8 +144,8 @@ fn render(
         match child::render(plan, picture, at, key, again, cancel) {
             Ok(()) => {}
             Err(Error::Interrupted) => {
-                eprintln!("stopped; what is done is kept: the same command goes on from here");
-                return Err(Error::Interrupted);
+                let kept = "what is done is kept: the same command goes on from here";
+                return Err(Error::Stopped(kept.into()));
             }
             Err(error) => {
                 eprintln!("warning: {}: {}: {error}", picture.scene.name, picture.name);
