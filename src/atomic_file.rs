@@ -60,7 +60,7 @@ pub fn check(path: &Path) -> Result<()> {
     let fault = |message: String| Error::input(path, None, message);
     let target = target(path).map_err(|e| fault(e.to_string()))?;
     let tried = if is_special(&target) {
-        File::options().write(true).open(&target).map(drop)
+        device(&target).map(drop)
     } else {
         folder_of(&target).map_err(|e| fault(e.to_string())).map(sweep)?;
         Temporary::beside(&target).and_then(|(_temporary, mut file)| {
@@ -196,13 +196,20 @@ fn is_special(target: &Path) -> bool {
     fs::metadata(target).is_ok_and(|there| !there.is_file())
 }
 
+/// Opens what is no regular file; readable too where it can be, as temporary files are.
+fn device(target: &Path) -> io::Result<File> {
+    let mut options = File::options();
+    options.write(true);
+    options.clone().read(true).open(target).or_else(|_| options.open(target))
+}
+
 fn replace(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> io::Result<()> {
     let target = target(path)?;
     if is_special(&target) {
-        let mut out = BufWriter::with_capacity(BUFFER, File::options().write(true).open(target)?);
+        let mut out = BufWriter::with_capacity(BUFFER, device(&target)?);
         return fill(&mut out).and_then(|()| out.flush());
     }
     let (temporary, file) = Temporary::beside(&target)?;

@@ -1,22 +1,25 @@
 //! Films to and from OpenEXR: one part, dotted channel names, 32-bit float, ZIP, text attributes.
 //!
 //! Guarantees a file appears whole or not at all (written beside its place, then renamed); what is
-//! written is read back equal, bit for bit, for finite values in 32 bits.
+//! written is read back equal, bit for bit, for finite values in 32 bits; equal films are equal
+//! files.
 //! Channel names are the film's, set by [`Film::set_rgb`], [`Film::set_xyz`] and [`Film::set`].
 //! Of foreign files [`read_exr`] reads all flat parts, their largest level.
 //! Not        deep data; channels of other sizes than their layer (chroma of half resolution).
 
 use std::collections::{BTreeMap, HashMap};
+use std::io::Write as _;
 use std::ops::Range;
 use std::path::Path;
 
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, IntegerBounds, Layer,
-    LayerAttributes, ReadChannels as _, ReadLayers as _, Text, WritableImage as _, f16,
+    LayerAttributes, LineOrder, ReadChannels as _, ReadLayers as _, Text, WritableImage as _, f16,
 };
 
 use super::Film;
 use super::checksum::{CHECKSUM, Checksum};
+use super::order::sort_attributes;
 use crate::atomic_file;
 use crate::error::{Error, Result};
 
@@ -88,14 +91,17 @@ pub fn write_exr(film: &Film, path: &Path, precision: Precision) -> Result<()> {
     let layer = Layer::new(
         (film.width as usize, film.height as usize),
         attributes,
-        Encoding::SMALL_FAST_LOSSLESS,
+        Encoding { line_order: LineOrder::Increasing, ..Encoding::SMALL_FAST_LOSSLESS },
         AnyChannels::sort(list.into()),
     );
     atomic_file::write(path, |out| {
-        exr::prelude::Image::from_layer(layer).write().to_buffered(out).map_err(|e| match e {
+        let written = exr::prelude::Image::from_layer(layer).write().to_buffered(&mut *out);
+        written.map_err(|e| match e {
             exr::error::Error::Io(e) => e,
             e => std::io::Error::other(e.to_string()),
-        })
+        })?;
+        out.flush()?;
+        sort_attributes(out.get_mut())
     })
 }
 
@@ -316,6 +322,24 @@ mod tests {
             (half.channels["R"][1] - 1.0 / 3.0).abs() < 2e-4 && half.channels["R"][1] != 1.0 / 3.0
         );
         std::fs::remove_file(&path).unwrap();
+    }
+
+    /// Several tiles, compressed by several threads, and attributes in a map without an order.
+    #[test]
+    fn equal_films_are_equal_files() {
+        let name = |i: i32| format!("nearfar-equal-{}-{i}.exr", std::process::id());
+        let mut film = Film::new(600, 300);
+        film.set("samples", (0..180_000).map(|i| (i % 977) as f32).collect());
+        (0..20).for_each(|i| drop(film.header.insert(format!("key{i}"), i.to_string())));
+        let [first, second] = [0, 1].map(|i| {
+            let path = std::env::temp_dir().join(name(i));
+            write_exr(&film, &path, Precision::Full).unwrap();
+            let bytes = std::fs::read(&path).unwrap();
+            assert_eq!(read_whole_exr(&path).unwrap().channels, film.channels);
+            std::fs::remove_file(&path).unwrap();
+            bytes
+        });
+        assert!(first == second);
     }
 
     #[test]

@@ -7,6 +7,7 @@
 mod checksum;
 mod exr;
 pub mod layer;
+mod order;
 mod png;
 
 pub use exr::{Precision, read_exr, read_header, read_whole_exr, write_exr};
