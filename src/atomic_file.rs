@@ -288,7 +288,7 @@ mod tests {
         let longest = "x".repeat(255);
         check(&folder.0.join(&longest)).unwrap();
         write_bytes(&folder.0.join(&longest), "x").unwrap();
-        assert_eq!(folder.names(), [longest.clone()]);
+        assert_eq!(folder.names(), [longest.as_str()]);
         assert!(check(&folder.0.join(longest.clone() + "x")).is_err());
         assert!(write_bytes(&folder.0.join(longest + "x"), "x").is_err());
         assert_eq!(folder.names().len(), 1);

@@ -303,3 +303,142 @@ fn a_damaged_file_is_refused_with_its_name() {
         }
     }
 }
+
+#[test]
+#[cfg(unix)]
+fn a_film_that_is_stopped_says_how_far_it_came() {
+    let folder = Folder::new("film-stopped");
+    let mut child = start(&strings(&fly(&folder, "film", &["--checkpoint", "0.000001"])));
+    until(&mut child, || std::path::Path::new(&folder.at("film/frame_0001.exr")).exists());
+    interrupt(&child);
+    let stopped = child.wait_with_output().unwrap();
+    let text = said(&stopped);
+    assert_eq!(stopped.status.code(), Some(130), "{text}");
+    assert!(text.contains("of 4 frames are done; the same command with --resume"), "{text}");
+}
+
+/// A scene that never comes: loading waits for a pipe into which nobody writes.
+#[test]
+#[cfg(unix)]
+fn ctrl_c_does_not_wait_for_what_keeps_nothing() {
+    let folder = Folder::new("pipe");
+    let pipe = folder.at("pipe.toml");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for command in ["render", "reference"] {
+        let mut child = start(&[command, &pipe, "-o", &folder.at("o.exr")]);
+        // Until the program catches signals, one would end it anyhow.
+        let stat = format!("/proc/{}/status", child.id());
+        until(&mut child, || {
+            let status = std::fs::read_to_string(&stat).unwrap_or_default();
+            let caught = status.lines().find_map(|l| l.strip_prefix("SigCgt:"));
+            caught.is_none_or(|mask| u64::from_str_radix(mask.trim(), 16).unwrap() & 2 != 0)
+        });
+        interrupt(&child);
+        let stopped = child.wait_with_output().unwrap();
+        assert_eq!(stopped.status.code(), Some(130), "{}", said(&stopped));
+        assert!(said(&stopped).contains("nothing of this run is kept"), "{}", said(&stopped));
+    }
+    assert_eq!(folder.names(), ["pipe.toml"]);
+}
+
+/// The scene is not there either: what is told first was looked at first.
+#[test]
+fn outputs_are_tried_before_the_scene_is_read() {
+    let folder = Folder::new("outputs");
+    let (locked, long) = (folder.at("locked"), folder.at(&"x".repeat(252)));
+    std::fs::create_dir(folder.at("in.exr")).unwrap();
+    std::fs::create_dir(folder.at("in.ply")).unwrap();
+    for end in [".exr", ".ply"] {
+        let file = locked.clone() + end;
+        std::fs::write(&file, "old").unwrap();
+        let mut mode = std::fs::metadata(&file).unwrap().permissions();
+        mode.set_readonly(true);
+        std::fs::set_permissions(&file, mode).unwrap();
+    }
+    let absent = folder.at("absent.toml");
+    for (command, end) in [
+        (&["render", &absent][..], ".exr"),
+        (&["reference", &absent], ".exr"),
+        (&["cloud", "gather", &absent, "--cloud", "none.ply"], ".exr"),
+        (&["cloud", "bake", &absent], ".ply"),
+    ] {
+        for (output, reason) in [
+            (folder.at("in"), "is a folder"),
+            (locked.clone(), "is read-only"),
+            (folder.at("no/o"), "does not exist: create it first"),
+            (long.clone(), "name too long"),
+        ] {
+            let output = output + end;
+            let refused = nearfar(&[command, &["-o", &output]].concat());
+            let text = said(&refused);
+            assert!(refused.status.code() == Some(2) && text.contains(reason), "{text}");
+        }
+    }
+    let file = locked + ".exr";
+    let film = nearfar(&["fly", &absent, "--to-eye", "1,2,3", "-o", &file]);
+    assert!(said(&film).contains("is read-only"), "{}", said(&film));
+    assert_eq!(std::fs::read(&file).unwrap(), b"old");
+    assert_eq!(folder.names().len(), 4, "{:?}", folder.names());
+}
+
+#[test]
+#[cfg(unix)]
+fn a_picture_whose_folder_is_gone_is_rescued() {
+    let folder = Folder::new("rescued");
+    let (gone, other) = (folder.at("gone"), folder.at("other"));
+    std::fs::create_dir(&gone).unwrap();
+    std::fs::create_dir(&other).unwrap();
+    let out = format!("{gone}/o.exr");
+    let limits = ["--size", "16x12", "--time-limit", "2s", "--checkpoint", "0.05"];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_nearfar"))
+        .args([&["reference", SCENE, "-o", &out][..], &limits].concat())
+        .env("TMPDIR", &other)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    until(&mut child, || std::path::Path::new(&format!("{gone}/o.partial.exr")).exists());
+    std::fs::rename(&gone, folder.at("moved")).unwrap();
+    let ended = child.wait_with_output().unwrap();
+    let text = said(&ended);
+    assert_eq!(ended.status.code(), Some(3), "{text}");
+    assert!(text.contains(&format!("{out}: cannot be written: folder {gone} does not exist")));
+    let saved = text.rsplit("it is saved as ").next().unwrap().trim();
+    assert!(saved.starts_with(&other), "{text}");
+    assert_eq!(read_header(saved.as_ref()).unwrap()["nearfar.complete"], "true");
+}
+
+#[test]
+fn a_time_limit_that_comes_too_early_is_told() {
+    let folder = Folder::new("late");
+    let (out, stats) = (folder.at("o.exr"), folder.at("o.json"));
+    let files = ["-o", &out, "--stats", &stats, "--size", "16x12", "--time-limit", "0.2"];
+    for (asked, complete) in [
+        (&["--spp", "1000000"][..], "false"),
+        (&["--target-error", "1e-12"], "false"),
+        (&[], "true"),
+    ] {
+        let limited = nearfar(&[&["reference", SCENE], &files[..], asked].concat());
+        let text = said(&limited);
+        assert_eq!(limited.status.code(), Some(0), "{text}");
+        assert_eq!(text.contains("the time limit came at"), complete == "false", "{text}");
+        assert_eq!(read_header(out.as_ref()).unwrap()["nearfar.complete"], complete);
+        let told = std::fs::read_to_string(&stats).unwrap();
+        assert!(told.contains("\"ended_by\": \"time_limit\""), "{told}");
+    }
+    let ignored = ["render", SCENE, "--method", "direct"];
+    let ignored = nearfar(&[&ignored[..], &files].concat());
+    assert!(said(&ignored).contains("--time-limit: method direct"), "{}", said(&ignored));
+    let nothing = nearfar(&["render", SCENE, "-o", &out, "--method", "direct", "--resume"]);
+    assert!(nothing.status.code() == Some(2) && said(&nothing).contains("--resume: --method"));
+}
+
+/// What comes after a whole picture may be what is lacking: standard output is a file as well.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_standard_output_is_told() {
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nearfar"));
+    let told = command.args(["info", SCENE]).stdout(full).output().unwrap();
+    assert_eq!(told.status.code(), Some(3));
+    assert!(said(&told).contains("standard output: cannot be written"), "{}", said(&told));
+}

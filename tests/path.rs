@@ -10,7 +10,7 @@ use nearfar::run::Run;
 use nearfar::scene::{Camera, Light, Material, Mesh, Scene};
 use nearfar::shading::World;
 
-use crate::support::{cuboid, grey, quad, small_room, world};
+use crate::support::{backends, cuboid, grey, quad, small_room, world};
 
 fn trace(scene: &Scene, settings: &PathSettings) -> Film {
     render(&world(scene, Backend::Bvh), settings, 5, &Run::new(2).unwrap()).unwrap().film
@@ -246,6 +246,24 @@ fn resumed_equals_uninterrupted() {
     assert!(bits(&to(23, Some(&second))) == bits(&whole));
     std::fs::remove_file(&path).unwrap();
 
+    for wrong in [f32::NAN, -5.0, 1e30, 2.5] {
+        let mut film = first.clone();
+        film.channels.get_mut("samples").unwrap()[7] = wrong;
+        let refused = reference(&world, &PathSettings::default(), 3, &run, from(Some(&film)));
+        assert!(refused.unwrap_err().to_string().contains("is damaged"), "{wrong}");
+    }
+    for (sum, wrong) in [("hits", 99.0), ("half0.R", f32::NAN), ("P.X", f32::INFINITY)] {
+        let mut film = first.clone();
+        film.channels.get_mut(&format!("state.{sum}.high")).unwrap()[7] = wrong;
+        let refused = reference(&world, &PathSettings::default(), 3, &run, from(Some(&film)));
+        assert!(refused.unwrap_err().to_string().contains("no samples make"), "{sum}");
+    }
+    let embree = backends().into_iter().find(|&b| b != Backend::Bvh);
+    if let Some(backend) = embree {
+        let other = World::new(&scene, backend, &run).unwrap();
+        let refused = reference(&other, &PathSettings::default(), 3, &run, from(Some(&first)));
+        assert!(refused.unwrap_err().to_string().contains("another ray backend"));
+    }
     let other = reference(
         &world,
         &PathSettings { spp: 9, ..PathSettings::default() },

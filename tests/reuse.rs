@@ -274,7 +274,7 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
     damaged.sampled.sh[3].0[0].x = f32::NAN;
     save(&file, &own, &damaged, &s.inputs(&w), &s.decompose).unwrap();
     refused(&own, "cluster 3 is damaged");
-    // The parts of places come before the checksum: 15 floats and 13 bytes each. A colour is damaged.
+    // The parts of places come before the checksum: 15 floats and 13 bytes each.
     let end = good.len() - 4;
     let at = end - (known.proxy.len() - 2) * 73 + 9 * 4;
     let bytes = [&good[..at], &(-1.0f32).to_le_bytes(), &good[at + 4..end]].concat();

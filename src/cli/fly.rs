@@ -84,6 +84,9 @@ pub(super) struct FlyArgs {
     image: ImageOptions,
 }
 
+/// What frames share, while a film is made.
+const STATE: &str = "film.partial.ply";
+
 fn parse_point(text: &str) -> std::result::Result<Vec3, String> {
     let numbers: Vec<f32> = text
         .split(',')
@@ -162,6 +165,12 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         .into_iter()
         .flatten()
         .try_for_each(|path| atomic_file::check(path))?;
+    if args.output.is_dir() {
+        atomic_file::check(&args.output.join(STATE))?;
+    } else {
+        // What a folder can be made of, a file can.
+        atomic_file::check(&args.output)?;
+    }
     let mut job = args.scene.prepare(&settings, None, cancel)?;
     // Noise that stays on the surfaces, unless another is asked for.
     if args.reuse != Reuse::None {
@@ -173,8 +182,7 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     std::fs::create_dir_all(&args.output)
         .map_err(|source| Error::Io { path: args.output.clone(), source })?;
     let shelf = Shelf::new(&args.output, &mark, &args.image, args.replace);
-    let state = args.output.join("film.partial.ply");
-    atomic_file::check(&state)?;
+    let state = args.output.join(STATE);
     shelf.check()?;
     let start = process::cpu_seconds();
     let every = Duration::try_from_secs_f64(args.checkpoint).unwrap_or(Duration::MAX);

@@ -158,7 +158,7 @@ fn show_pieces(film: &mut Film, world: &World, proxy: &Proxy, run: &Run) {
 /// and `red green blue` for viewers.
 ///
 /// # Errors
-/// [`crate::error::Error::Io`] when the system refuses, [`crate::error::Error::Interrupted`], cells
+/// [`crate::error::Error::Write`] when the system refuses, [`crate::error::Error::Interrupted`], cells
 /// that do not fit memory.
 pub fn write_photons(world: &World, inputs: ProxyInputs<'_>, path: &Path, run: &Run) -> Result<()> {
     let photons = photons(world, inputs, run)?.photons;
