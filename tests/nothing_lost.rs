@@ -334,6 +334,13 @@ fn ctrl_c_does_not_wait_for_what_keeps_nothing() {
             caught.is_none_or(|mask| u64::from_str_radix(mask.trim(), 16).unwrap() & 2 != 0)
         });
         interrupt(&child);
+        let begin = Instant::now();
+        while child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(5));
+            if begin.elapsed().as_secs() > 100 {
+                child.kill().unwrap();
+            }
+        }
         let stopped = child.wait_with_output().unwrap();
         assert_eq!(stopped.status.code(), Some(130), "{}", said(&stopped));
         assert!(said(&stopped).contains("nothing of this run is kept"), "{}", said(&stopped));

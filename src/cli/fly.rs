@@ -199,6 +199,12 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         (true, false) => shelf.done(views.len()),
         _ => flight.done(),
     };
+    let keep = |flight: &mut Flight<'_>, done: usize| {
+        if let Err(error) = flight.keep(done) {
+            job.run.warn(format!("what frames share is not kept: {error}"));
+        }
+    };
+    keep(&mut flight, done);
     let mut before = process::cpu_seconds();
     let shared = before - start;
     let (mut figures, mut changes): (Vec<FrameFigures>, Vec<f32>) = (Vec::new(), Vec::new());
@@ -219,9 +225,7 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         last = frame;
         if i >= done {
             shelf.write(&mut film, i, &job)?;
-            if let Err(error) = flight.keep(i + 1) {
-                job.run.warn(format!("what frames share is not kept: {error}"));
-            }
+            keep(&mut flight, i + 1);
         }
         let seconds = process::cpu_seconds();
         figures.push(FrameFigures {

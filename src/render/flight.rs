@@ -144,7 +144,8 @@ impl<'a> Flight<'a> {
     pub fn done(&self) -> usize {
         self.done
     }
-    /// Keeps what frames share, when it is time: call after each, with the number that is done.
+    /// Keeps what frames share, when it is time or the run is cancelled: call before the first and
+    /// after each, with the number that is done.
     ///
     /// # Errors
     /// [`Error::Write`] when the system refuses.
@@ -152,7 +153,8 @@ impl<'a> Flight<'a> {
         let (Some(checkpoint), Some(prepared)) = (&self.checkpoint, &self.known) else {
             return Ok(());
         };
-        if self.next.is_none_or(|next| Instant::now() < next) {
+        let due = self.next.is_some_and(|next| Instant::now() >= next);
+        if !due && !self.renderer.run().cancelled() {
             return Ok(());
         }
         let (world, config) = (self.renderer.world(), self.renderer.config());
