@@ -2,7 +2,7 @@
 //!
 //! Lengths in scene units; powers in watts per channel summed by luminance. The power of sun and
 //! sky is what crosses the scene's bounding sphere: `π R² E` and `4 π² R² L`. The proposed alpha is
-//! what a decomposition takes by default: a share of the diagonal.
+//! what a decomposition takes by default: a share of the extent.
 
 use std::f64::consts::PI;
 
@@ -54,12 +54,14 @@ pub struct SceneInfo {
     pub triangles: usize,
     /// Meshes.
     pub meshes: usize,
-    /// Lower corner of the bounds.
-    pub min: [f32; 3],
-    /// Upper corner of the bounds.
-    pub max: [f32; 3],
+    /// Lower corner of the bounds, the user's space.
+    pub min: [f64; 3],
+    /// Upper corner of the bounds, the user's space.
+    pub max: [f64; 3],
     /// Diagonal of the bounds.
     pub diagonal: f32,
+    /// How large the surroundings of what the camera sees are.
+    pub extent: f32,
     /// Shortest, 10 %, median, 90 % and longest edge.
     pub edges: [f32; 5],
     /// Connected parts.
@@ -124,9 +126,10 @@ pub fn scene_info(loaded: &Loaded, world: &World) -> SceneInfo {
         name: loaded.scene.name.clone(),
         triangles: g.len(),
         meshes: loaded.scene.meshes.len(),
-        min: g.bounds.min.to_array(),
-        max: g.bounds.max.to_array(),
+        min: (g.bounds.min.as_dvec3() + loaded.scene.origin).to_array(),
+        max: (g.bounds.max.as_dvec3() + loaded.scene.origin).to_array(),
         diagonal: world.diagonal,
+        extent: world.extent,
         edges,
         parts: topology.components,
         closed_parts: topology.closed_components,
@@ -136,7 +139,7 @@ pub fn scene_info(loaded: &Loaded, world: &World) -> SceneInfo {
         one_sided_share: topology.closed_of_triangle.iter().filter(|c| **c).count() as f32
             / g.len().max(1) as f32,
         lights: lights(&loaded.scene, g),
-        alpha: DecomposeSettings::default().lengths(world.diagonal).alpha,
+        alpha: DecomposeSettings::default().lengths(world.extent).alpha,
         materials,
         notes: loaded.notes.clone(),
         warnings,
@@ -236,14 +239,15 @@ fn lights(scene: &Scene, g: &Geometry) -> Vec<LightLine> {
 
 impl std::fmt::Display for SceneInfo {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let user = |a: [f64; 3]| format!("[{:.4}, {:.4}, {:.4}]", a[0], a[1], a[2]);
         let v = |a: [f32; 3]| format!("[{:.4}, {:.4}, {:.4}]", a[0], a[1], a[2]);
         writeln!(f, "scene       {}", self.name)?;
         writeln!(f, "triangles   {} in {} meshes", self.triangles, self.meshes)?;
         writeln!(
             f,
             "bounds      {} to {}, diagonal {:.4}",
-            v(self.min),
-            v(self.max),
+            user(self.min),
+            user(self.max),
             self.diagonal
         )?;
         let [least, low, median, high, most] = self.edges.map(|e| e / self.diagonal);
@@ -266,9 +270,15 @@ impl std::fmt::Display for SceneInfo {
         )?;
         writeln!(
             f,
-            "alpha       {:.4} proposed ({:.3} of the diagonal)",
+            "extent      {:.4} around what is seen; percentages are of it (diagonal × {:.3})",
+            self.extent,
+            self.extent / self.diagonal
+        )?;
+        writeln!(
+            f,
+            "alpha       {:.4} proposed ({:.3} of the extent)",
             self.alpha,
-            self.alpha / self.diagonal
+            self.alpha / self.extent
         )?;
         writeln!(f, "materials")?;
         for m in &self.materials {

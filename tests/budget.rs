@@ -18,7 +18,7 @@ fn the_row_as_rendered_is_the_picture() {
     let truth = Truth::exact(width, height, &vec![Rgb::splat(0.4); (width * height) as usize]);
     for near_visibility in [NearVisibility::Rays, NearVisibility::Traced] {
         let mut config = RenderConfig::default();
-        config.decompose.alpha = Length::PercentOfDiagonal(8.0);
+        config.decompose.alpha = Length::Percent(8.0);
         config.decompose.near_visibility = near_visibility;
         config.record.spp = 4;
         config.follow();

@@ -36,7 +36,7 @@ fn stage(w: &World, near_cell: f32, glow: impl Fn(Vec3, Vec3) -> Rgb) -> Stage {
 }
 
 fn empty(w: &World, settings: &CacheSettings, stage: &Stage) -> Cache {
-    Cache::new(settings, stage.samples.width * stage.samples.height, &w.geometry.bounds)
+    Cache::new(settings, stage.samples.width * stage.samples.height, w)
 }
 
 fn cached(w: &World, settings: &CacheSettings, stage: &Stage) -> (Vec<Rgb>, Cache) {

@@ -53,8 +53,8 @@ impl Bench {
 
 fn settings() -> DecomposeSettings {
     DecomposeSettings {
-        alpha: Length::PercentOfDiagonal(6.0),
-        cluster_radius: Some(Length::PercentOfDiagonal(4.0)),
+        alpha: Length::Percent(6.0),
+        cluster_radius: Some(Length::Percent(4.0)),
         rays: 1024,
         ..DecomposeSettings::default()
     }
@@ -85,7 +85,7 @@ fn error_falls_with_rays_photons_and_clusters_and_alpha_has_a_minimum() {
     falls("photons 300, 3000, 30000", &photons, 0.7);
     let radius = [24.0, 12.0, 6.0].map(|p| {
         bench.error(
-            &DecomposeSettings { cluster_radius: Some(Length::PercentOfDiagonal(p)), ..settings() },
+            &DecomposeSettings { cluster_radius: Some(Length::Percent(p)), ..settings() },
             &photon,
         )
     });
@@ -93,8 +93,8 @@ fn error_falls_with_rays_photons_and_clusters_and_alpha_has_a_minimum() {
     let alpha = [0.0, 6.0, 300.0].map(|p| {
         bench.error(
             &DecomposeSettings {
-                alpha: Length::PercentOfDiagonal(p),
-                near_cell: Some(Length::PercentOfDiagonal(3.0)),
+                alpha: Length::Percent(p),
+                near_cell: Some(Length::Percent(3.0)),
                 ..settings()
             },
             &photon,

@@ -15,10 +15,10 @@ use nearfar::shading::World;
 
 use crate::support::{backends, small_room, world};
 
-/// The settings of `method` with `alpha` percent of the diagonal.
+/// The settings of `method` with `alpha` percent of the extent.
 fn config(w: &World, method: Method, alpha: f32) -> RenderConfig {
     let mut config = RenderConfig::default();
-    config.decompose.alpha = Length::PercentOfDiagonal(alpha);
+    config.decompose.alpha = Length::Percent(alpha);
     config.record.spp = 4;
     config.for_method(method, w.diagonal).unwrap()
 }
@@ -77,9 +77,9 @@ fn clusters_and_triangles_are_no_bigger_than_alpha() {
     for alpha in [3.0, 7.0, 20.0] {
         for radius in [None, Some(1.0), Some(50.0)] {
             let decompose = DecomposeSettings {
-                alpha: Length::PercentOfDiagonal(alpha),
-                cluster_radius: radius.map(Length::PercentOfDiagonal),
-                near_cell: radius.map(Length::PercentOfDiagonal),
+                alpha: Length::Percent(alpha),
+                cluster_radius: radius.map(Length::Percent),
+                near_cell: radius.map(Length::Percent),
                 rays: 16,
                 ..DecomposeSettings::default()
             };
@@ -110,7 +110,7 @@ fn all_is_near_with_an_infinite_alpha() {
     let (run, w) = (Run::new(2).unwrap(), world(&small_room(), Backend::Bvh));
     let mut config = RenderConfig::default();
     config.decompose.alpha = Length::Units(f32::INFINITY);
-    config.decompose.near_cell = Some(Length::PercentOfDiagonal(2.0));
+    config.decompose.near_cell = Some(Length::Percent(2.0));
     let config = config.for_method(Method::Course, w.diagonal).unwrap();
     let film = picture(&w, &config, &run);
     assert!(film.rgb("far").unwrap().iter().all(|&far| far == Rgb::ZERO));

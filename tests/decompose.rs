@@ -207,11 +207,8 @@ fn alpha_infinity_is_the_sum_over_all_cells() {
 
 fn picture(w: &World, threads: usize) -> nearfar::film::Film {
     let run = Run::new(threads).unwrap();
-    let decompose = DecomposeSettings {
-        alpha: Length::PercentOfDiagonal(8.0),
-        rays: 64,
-        ..DecomposeSettings::default()
-    };
+    let decompose =
+        DecomposeSettings { alpha: Length::Percent(8.0), rays: 64, ..DecomposeSettings::default() };
     let (photon, record, direct) = Default::default();
     let near_cell = decompose.lengths(w.diagonal).near_cell;
     render(

@@ -280,19 +280,90 @@ fn rooms_wound_outwards_have_insides() {
     assert!(topology.closed_components == 1 && !topology.closed_of_triangle.contains(&true));
 }
 
-/// What single precision cannot hold is refused, and so is what is but a point.
+/// A room with a lamp, its coordinates moved by `shift` and multiplied by `times`; the scene file
+/// brings them to where `at` is.
+fn room(shift: [f64; 3], times: f64, at: [f64; 3], transform: &str) -> (String, String) {
+    let corners =
+        "0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1 .3 0 .3 .6 0 .3 .6 .4 .3 .3 .4 .3";
+    let numbers: Vec<f64> = corners.split(' ').map(|n| n.parse().unwrap()).collect();
+    let mut obj = String::new();
+    for p in numbers.chunks(3) {
+        let p: Vec<String> = (0..3).map(|k| format!("{:.6}", p[k] * times + shift[k])).collect();
+        obj += &format!("v {}\n", p.join(" "));
+    }
+    obj += "f 1 4 3 2\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nf 9 10 11 12\n";
+    let point = |p: [f64; 3]| format!("{:?}", [p[0] + at[0], p[1] + at[1], p[2] + at[2]]);
+    let scene = format!(
+        "[camera]\neye = {}\ntarget = {}\nwidth = 32\nheight = 24\n{MESH}\n{transform}\n\
+         [[light]]\ntype = \"quad\"\ncorner = {}\nedge1 = [0.4, 0, 0]\nedge2 = [0, 0, 0.4]\n\
+         radiance = 10\n",
+        point([0.5, 0.6, 2.0]),
+        point([0.5, 0.5, 0.0]),
+        point([0.3, 0.99, 0.3])
+    );
+    (obj, scene)
+}
+
+/// Coordinates of maps, far transforms and millimetres give the picture of the plain scene, and
+/// positions are told in the user's space.
+#[test]
+fn far_scenes_are_the_plain_one() {
+    let files = Files::new("faults-far-room", &[]);
+    let picture = |(obj, scene): (String, String), method: &str| {
+        files.write("a.obj", obj.as_bytes());
+        files.write("s.toml", scene.as_bytes());
+        let at = |name: &str| files.0.join(name).display().to_string();
+        let (scene, out) = (at("s.toml"), at("o.exr"));
+        let done =
+            program(&["render", &scene, "-o", &out, "-q", "--method", method, "--spp", "16"]);
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        read_exr(Path::new(&out)).unwrap()
+    };
+    let mean = |film: &Film| {
+        let all = film.rgb("").unwrap();
+        all.iter().map(|c| f64::from(c.element_sum())).sum::<f64>() / all.len() as f64
+    };
+    let zero = [0.0; 3];
+    let utm = [448_262.25, 312.5, 5_411_932.75];
+    let far = [3e9, 0.0, -1e9];
+    for method in ["path", "decomposition"] {
+        let plain = picture(room(zero, 1.0, zero, ""), method);
+        assert!(mean(&plain) > 0.05);
+        let by = |p: [f64; 3]| format!("translate = {p:?}");
+        for (case, at) in [
+            (room(utm, 1.0, utm, ""), utm),
+            (room(zero, 1.0, utm, &by(utm)), utm),
+            (room(utm, 1.0, zero, &by(utm.map(|x| -x))), zero),
+            (room(utm.map(|x| x * 1e3), 1e3, utm, "scale = 0.001"), utm),
+            (room(far, 1.0, far, ""), far),
+        ] {
+            let text = case.1.clone();
+            let moved = picture(case, method);
+            let ratio = mean(&moved) / mean(&plain);
+            assert!((ratio - 1.0).abs() < 1e-3, "{method} {ratio} {text}");
+            let (p, q) = (plain.xyz("P").unwrap(), moved.xyz("P").unwrap());
+            let hit = p.iter().position(|p| p.length() > 0.1).unwrap();
+            let error = (q[hit].as_dvec3() - p[hit].as_dvec3() - glam::DVec3::from_array(at)).abs();
+            let largest = at.iter().fold(1.0f64, |m, x| m.max(x.abs()));
+            assert!(error.max_element() < largest * 1e-7 + 1e-3, "{error}");
+        }
+    }
+}
+
+/// What even double precision cannot hold is refused, and so is what is but a point.
 #[test]
 fn far_and_flat_scenes_are_refused() {
     let files = Files::new("faults-far", &[("a.obj", format!("{SQUARE}f 1 2 3 4\n").as_bytes())]);
     let moved = |by: &str| files.load(&format!("{MESH}\ntranslate = [{by}, 0, 0]"));
-    assert!(moved("1000").is_ok());
-    for by in ["1e4", "5e5", "1e14"] {
-        let refused = moved(by).unwrap_err().to_string();
-        assert!(
-            refused.contains("from the origin") || refused.contains("but a point"),
-            "{refused}"
-        );
+    for by in ["1000", "5e5", "1e9"] {
+        let loaded = moved(by).unwrap();
+        let around = Geometry::new(&loaded.scene).bounds;
+        assert!((around.diagonal() - 2.0f32.sqrt()).abs() < 1e-6);
+        let corner = around.min.as_dvec3() + loaded.scene.origin;
+        assert!((corner.x - by.parse::<f64>().unwrap()).abs() < 1e-6, "{corner}");
     }
+    let refused = moved("1e14").unwrap_err().to_string();
+    assert!(refused.contains("double precision"), "{refused}");
     files.write("a.obj", b"v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n");
     let refused = files.load(MESH).unwrap_err().to_string();
     assert!(refused.contains("a.obj is but a point"), "{refused}");

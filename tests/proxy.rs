@@ -230,7 +230,7 @@ fn thin_wall_and_sheet_do_not_leak() {
             &ProxySettings {
                 estimate: Some(estimate),
                 neighbours: 200,
-                max_radius: Length::PercentOfDiagonal(20.0),
+                max_radius: Length::Percent(20.0),
                 ..few(20_000)
             },
             2,
@@ -269,7 +269,7 @@ fn sky_is_indirect_and_lights_both_sides() {
             0.1,
             &ProxySettings {
                 estimate: Some(estimate),
-                max_radius: Length::PercentOfDiagonal(50.0),
+                max_radius: Length::Percent(50.0),
                 ..few(1 << 16)
             },
             2,
@@ -365,7 +365,9 @@ fn need_by_landings_makes_light_where_rays_landed_and_keeps_what_was() {
     walls.extend(room(Vec3::X * 2.0, Vec3::new(3.0, 1.0, 1.0)));
     let lamp = |x| Light::Point { position: Vec3::new(x, 0.6, 0.4), intensity: Rgb::ONE };
     let lamps = vec![lamp(0.5), lamp(2.5)];
-    let w = world(vec![quads(&walls, 0, Sides::One)], vec![gray(0.5)], lamps);
+    let mut w = world(vec![quads(&walls, 0, Sides::One)], vec![gray(0.5)], lamps);
+    // Wherever the camera is, both rooms get cells of the same size.
+    w.extent = w.diagonal;
     let run = Run::new(2).unwrap();
     let landings = |x: f32| -> Vec<Landing> {
         [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z]

@@ -111,12 +111,8 @@ fn a_dark_room_stays_dark() {
             Vec3::new(eye, 0.5, 0.5),
             Vec3::new(eye, 1.0, 0.6),
         );
-        let proxy = solved(
-            &w,
-            0.1,
-            &ProxySettings { max_radius: Length::PercentOfDiagonal(2.0), ..gather() },
-            2,
-        );
+        let proxy =
+            solved(&w, 0.1, &ProxySettings { max_radius: Length::Percent(2.0), ..gather() }, 2);
         let (gathered, all) = (proxy.stats().gathered, proxy.facet_count());
         assert!(gathered * 3 > all, "{gathered} of {all}");
         let mut sums = [0.0; 2];

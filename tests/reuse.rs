@@ -34,7 +34,7 @@ struct Settings {
 impl Settings {
     fn new() -> Self {
         let decompose = DecomposeSettings {
-            alpha: Length::PercentOfDiagonal(8.0),
+            alpha: Length::Percent(8.0),
             rays: 128,
             ..DecomposeSettings::default()
         };
@@ -243,7 +243,7 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
         &with(&|s| s.decompose.rays = 64),
         "decompose.rays is 128 there and 64 here; set them alike",
     );
-    refused(&with(&|s| s.decompose.alpha = Length::PercentOfDiagonal(9.0)), "decompose.alpha is");
+    refused(&with(&|s| s.decompose.alpha = Length::Percent(9.0)), "decompose.alpha is");
     refused(&with(&|s| s.decompose.near_cell = Some(Length::Units(0.3))), "decompose.near_cell is");
     refused(&with(&|s| s.photon.gather_rays = 8), "proxy.gather_rays is 16 there and 8 here");
     // The last pass and the camera's samples may be others.

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use clap::Args;
-use glam::Vec3;
+use glam::DVec3;
 use serde::Serialize;
 use toml::Value;
 
@@ -25,7 +25,7 @@ use crate::method::Method;
 use crate::method::decompose::NearNoise;
 use crate::process;
 use crate::render::{Checkpoint, Flight, Kept, Reuse, RunStatistics, film_mark};
-use crate::scene::{Camera, CameraPath};
+use crate::scene::{Camera, CameraPath, Scene};
 
 /// Options of `nearfar fly`.
 #[derive(Debug, Args)]
@@ -37,10 +37,10 @@ pub(super) struct FlyArgs {
     path: Option<PathBuf>,
     /// Fly in a straight line from the scene's camera to this eye.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
-    to_eye: Option<Vec3>,
+    to_eye: Option<DVec3>,
     /// Turn from the scene's target to this one.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
-    to_target: Option<Vec3>,
+    to_target: Option<DVec3>,
     /// Frames, the first and the last view included.
     #[arg(
         long,
@@ -61,7 +61,7 @@ pub(super) struct FlyArgs {
     /// Write proxy and clusters of all frames.
     #[arg(long, value_name = "FILE.ply")]
     save_cache: Option<PathBuf>,
-    /// Near/far distance: a length, or a share of the scene's diagonal such as "2%".
+    /// Near/far distance: a length, or a share of the scene's extent such as "2%".
     #[arg(long, value_name = "LENGTH")]
     alpha: Option<String>,
     /// Samples per pixel.
@@ -87,30 +87,32 @@ pub(super) struct FlyArgs {
 /// What frames share, while a film is made.
 const STATE: &str = "film.partial.ply";
 
-fn parse_point(text: &str) -> std::result::Result<Vec3, String> {
-    let numbers: Vec<f32> = text
+fn parse_point(text: &str) -> std::result::Result<DVec3, String> {
+    let numbers: Vec<f64> = text
         .split(',')
         .filter_map(|t| t.trim().parse().ok())
-        .filter(|v: &f32| v.is_finite())
+        .filter(|v: &f64| v.is_finite())
         .collect();
     match (numbers.as_slice(), text.split(',').count()) {
-        ([x, y, z], 3) => Ok(Vec3::new(*x, *y, *z)),
+        ([x, y, z], 3) => Ok(DVec3::new(*x, *y, *z)),
         _ => Err("write three numbers: X,Y,Z".into()),
     }
 }
 
-fn views(args: &FlyArgs, camera: &Camera) -> Result<Vec<Camera>> {
+fn views(args: &FlyArgs, scene: &Scene) -> Result<Vec<Camera>> {
+    let camera = &scene.camera;
     let path = match &args.path {
-        Some(file) => load_camera_path(file, camera)?,
+        Some(file) => load_camera_path(file, camera, scene.origin)?,
         None if args.to_eye.is_none() && args.to_target.is_none() => {
             return Err(Error::Usage(
                 "fly: no camera path: give --path FILE.toml, or --to-eye and --to-target".into(),
             ));
         }
         None => {
+            let near = |p: DVec3| (p - scene.origin).as_vec3();
             let end = Camera {
-                eye: args.to_eye.unwrap_or(camera.eye),
-                target: args.to_target.unwrap_or(camera.target),
+                eye: args.to_eye.map_or(camera.eye, near),
+                target: args.to_target.map_or(camera.target, near),
                 ..camera.clone()
             };
             CameraPath::new(vec![(0.0, camera.clone()), (1.0, end)])
@@ -177,7 +179,7 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         job.config.decompose.near_noise.get_or_insert(NearNoise::World);
     }
     let job = job;
-    let views = views(args, &job.scene.camera)?;
+    let views = views(args, &job.scene)?;
     let mark = film_mark(&job.scene, &job.config, &views, args.reuse, args.load_cache.as_deref())?;
     std::fs::create_dir_all(&args.output)
         .map_err(|source| Error::Io { path: args.output.clone(), source })?;
@@ -214,7 +216,9 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     for (i, view) in views.iter().enumerate() {
         let file = shelf.frame(i);
         let (mut film, [clusters, clusters_added, sides_added]) = if i < done {
-            (shelf.read(i)?, [0; 3])
+            let mut film = shelf.read(i)?;
+            film.move_positions(-job.scene.origin);
+            (film, [0; 3])
         } else {
             let made = flight.frame(i).map_err(|error| stopped(error, i, args))?;
             (made.film, [made.clusters, made.clusters_added, made.sides_added])
@@ -315,7 +319,7 @@ mod tests {
 
     #[test]
     fn points_are_read() {
-        assert_eq!(parse_point("1, -2,0.5"), Ok(Vec3::new(1.0, -2.0, 0.5)));
+        assert_eq!(parse_point("1, -2,0.5"), Ok(DVec3::new(1.0, -2.0, 0.5)));
         for wrong in ["1,2", "1,2,3,4", "a,b,c", "1,2,nan", ""] {
             assert!(parse_point(wrong).is_err(), "{wrong}");
         }

@@ -45,7 +45,7 @@ pub(super) struct RenderArgs {
     /// With --converge: stop once the certified relMSE is below this.
     #[arg(long, value_name = "RELMSE", requires = "converge")]
     target_error: Option<f64>,
-    /// Near/far distance: a length, or a share of the scene's diagonal such as "2%".
+    /// Near/far distance: a length, or a share of the scene's extent such as "2%".
     #[arg(long, value_name = "LENGTH")]
     alpha: Option<String>,
     /// Start from the proxy and clusters, or from the cache records, of this file, whatever camera
@@ -192,7 +192,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     write_samples(args, &film, marks.as_deref(), &locations)?;
     if let Some(path) = &args.photons {
         let world = renderer.world();
-        let inputs = job.config.inputs(world.diagonal).proxy();
+        let inputs = job.config.inputs(world.extent).proxy();
         photon_map::write_photons(world, inputs, path, &job.run)?;
     }
     finish(&args.output, &job, &mut statistics)

@@ -109,16 +109,16 @@ impl RenderConfig {
         self.path.filter = self.record.pixel_filter();
     }
 
-    /// The settings as `method` takes them in a scene of the given diagonal: what follows others
+    /// The settings as `method` takes them in a world of the given extent: what follows others
     /// has its value, and the course decides some itself.
     ///
     /// # Errors
     /// [`Error::Setting`] for a value that contradicts the method.
-    pub fn for_method(mut self, method: Method, diagonal: f32) -> Result<Self> {
+    pub fn for_method(mut self, method: Method, extent: f32) -> Result<Self> {
         self.follow();
         if method == Method::Course {
             (self.decompose, self.proxy) =
-                course::as_written(&self.decompose, &self.proxy, diagonal)?;
+                course::as_written(&self.decompose, &self.proxy, extent)?;
         }
         if method == Method::PhotonMap {
             self.proxy.estimate.get_or_insert(Estimate::Gather);
@@ -126,10 +126,10 @@ impl RenderConfig {
         Ok(self)
     }
 
-    /// What the methods start from, in a scene of the given diagonal. All of them get the cells
+    /// What the methods start from, in a world of the given extent. All of them get the cells
     /// that the decomposition's alpha asks for.
-    pub fn inputs(&self, diagonal: f32) -> Inputs<'_> {
-        let near_cell = self.decompose.lengths(diagonal).near_cell;
+    pub fn inputs(&self, extent: f32) -> Inputs<'_> {
+        let near_cell = self.decompose.lengths(extent).near_cell;
         Inputs {
             near_cell,
             photon: &self.proxy,

@@ -12,7 +12,7 @@ fn error(text: &str) -> String {
 fn values_and_defaults() {
     let c = config("seed = 4\n[path]\nspp = 3\n[decompose]\nnear_cell = \"3%\"").unwrap();
     assert_eq!((c.seed, c.path.spp, c.path.max_depth), (4, 3, 0));
-    assert_eq!(c.decompose.near_cell, Some(crate::length::Length::PercentOfDiagonal(3.0)));
+    assert_eq!(c.decompose.near_cell, Some(crate::length::Length::Percent(3.0)));
     let written = RenderConfig::default().to_table().unwrap();
     assert_eq!(RenderConfig::from_table(written).unwrap(), config("").unwrap());
 }

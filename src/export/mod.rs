@@ -2,8 +2,9 @@
 //! folder.
 //!
 //! Input      a [`Scene`] and a folder.
-//! Output     `scene.xml`, one `mesh-N-M.ply` for every mesh and material that meet,
-//!            `texture-N.png`, `mask-N.png`, `environment-N.exr`. `scene.xml` takes the parameters
+//! Output     in the user's space (mesh files relative to the scene's origin): `scene.xml`, one
+//!            `mesh-N-M.ply` for every mesh and material that meet, `texture-N.png`, `mask-N.png`,
+//!            `environment-N.exr`. `scene.xml` takes the parameters
 //!            `spp`, `width`, `height`, `integrator` (default `path`, with masks `volpath`).
 //!            Guarantees the same radiometry: radiance, irradiance and radiant intensity mean the
 //!            same there; sensor with box filter, `max_depth` unlimited.

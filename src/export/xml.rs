@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::radiometry::{MAX_ALBEDO, Rgb};
 use crate::scene::{Light, Material, Placement, Scene, Texture};
@@ -10,6 +10,7 @@ use crate::scene::{Light, Material, Placement, Scene, Texture};
 /// A scene description under construction: shapes may name materials that are described later.
 #[derive(Debug)]
 pub struct Document {
+    origin: DVec3,
     head: String,
     materials: String,
     body: String,
@@ -17,6 +18,15 @@ pub struct Document {
 
 fn numbers(v: Vec3) -> String {
     format!("{}, {}, {}", v.x, v.y, v.z)
+}
+
+/// A point in the user's space.
+fn place(p: DVec3) -> String {
+    format!("{}, {}, {}", p.x, p.y, p.z)
+}
+
+fn point(name: &str, p: DVec3) -> String {
+    format!("<point name=\"{name}\" x=\"{}\" y=\"{}\" z=\"{}\"/>", p.x, p.y, p.z)
 }
 
 fn area(radiance: Rgb) -> String {
@@ -63,11 +73,11 @@ impl Document {
             c.width,
             c.height,
             c.vfov_deg,
-            numbers(c.eye),
-            numbers(c.target),
+            place(c.eye.as_dvec3() + scene.origin),
+            place(c.target.as_dvec3() + scene.origin),
             numbers(c.up)
         );
-        Self { head, materials: String::new(), body: String::new() }
+        Self { origin: scene.origin, head, materials: String::new(), body: String::new() }
     }
 
     /// A PLY file of one material. Without `normals` faces are flat, where Mitsuba would make
@@ -77,9 +87,21 @@ impl Document {
         let faces = if normals { "" } else { "<boolean name=\"face_normals\" value=\"true\"/>" };
         let _ = writeln!(
             self.body,
-            "    <shape type=\"ply\"><string name=\"filename\" value=\"{file}\"/>{faces}<ref \
-             id=\"material-{id}\"/>{light}</shape>"
+            "    <shape type=\"ply\"><string name=\"filename\" value=\"{file}\"/>{}{faces}<ref \
+             id=\"material-{id}\"/>{light}</shape>",
+            self.moved()
         );
+    }
+
+    /// What brings a mesh file into the user's space.
+    fn moved(&self) -> String {
+        let DVec3 { x, y, z } = self.origin;
+        if self.origin == DVec3::ZERO {
+            return String::new();
+        }
+        format!(
+            "<transform name=\"to_world\"><translate x=\"{x}\" y=\"{y}\" z=\"{z}\"/></transform>"
+        )
     }
 
     /// A two-sided diffuse material, under a mask where it has one.
@@ -130,20 +152,19 @@ impl Document {
     pub fn light(&mut self, number: usize, light: &Light, around: (Vec3, f32)) {
         let rgb =
             |name: &str, value: Rgb| format!("<rgb name=\"{name}\" value=\"{}\"/>", numbers(value));
+        let user = |p: Vec3| p.as_dvec3() + self.origin;
         let text = match *light {
             Light::Quad { radiance, .. } => {
                 let file = format!("<string name=\"filename\" value=\"quad-{number}.ply\"/>");
                 format!(
-                    "<shape type=\"ply\">{file}<boolean name=\"face_normals\" \
+                    "<shape type=\"ply\">{file}{}<boolean name=\"face_normals\" \
                      value=\"true\"/>{BLACK}{}</shape>",
+                    self.moved(),
                     area(radiance)
                 )
             }
             Light::Sphere { center, radius, radiance } => {
-                let center = format!(
-                    "<point name=\"center\" x=\"{}\" y=\"{}\" z=\"{}\"/>",
-                    center.x, center.y, center.z
-                );
+                let center = point("center", user(center));
                 format!(
                     "<shape type=\"sphere\">{center}<float name=\"radius\" \
                      value=\"{radius}\"/>{BLACK}{}</shape>",
@@ -166,15 +187,16 @@ impl Document {
                 // the scene.
                 let (center, radius) = around;
                 let distance = 2e4 * radius;
-                let at = center + direction_to_sun * distance;
+                let center = user(center);
+                let at = center + (direction_to_sun * distance).as_dvec3();
                 let angle = angular_radius_deg.to_radians();
                 let up = direction_to_sun.any_orthonormal_vector();
                 let disc = format!(
                     "<transform name=\"to_world\"><scale value=\"{}\"/><lookat origin=\"{}\" \
                      target=\"{}\" up=\"{}\"/></transform>",
                     distance * angle.tan(),
-                    numbers(at),
-                    numbers(center),
+                    place(at),
+                    place(center),
                     numbers(up)
                 );
                 let radiance = irradiance / (std::f32::consts::PI * angle.sin().powi(2));
@@ -198,10 +220,7 @@ impl Document {
                 )
             }
             Light::Point { position, intensity } => {
-                let at = format!(
-                    "<point name=\"position\" x=\"{}\" y=\"{}\" z=\"{}\"/>",
-                    position.x, position.y, position.z
-                );
+                let at = point("position", user(position));
                 format!("<emitter type=\"point\">{at}{}</emitter>", rgb("intensity", intensity))
             }
             Light::Spot { position, direction, intensity, inner_deg, outer_deg } => {
@@ -209,8 +228,8 @@ impl Document {
                 let at = format!(
                     "<transform name=\"to_world\"><lookat origin=\"{}\" target=\"{}\" \
                      up=\"{}\"/></transform>",
-                    numbers(position),
-                    numbers(position + direction),
+                    place(user(position)),
+                    place(user(position) + direction.as_dvec3()),
                     numbers(up)
                 );
                 let cone = format!(

@@ -78,7 +78,7 @@ pub const ALBEDO: Layer = Layer::rgb("albedo", "mean albedo");
 /// Shading normal.
 pub const NORMAL: Layer = Layer::xyz("N", "mean shading normal, world space");
 /// Position.
-pub const POSITION: Layer = Layer::xyz("P", "mean position of the hits, world space");
+pub const POSITION: Layer = Layer::xyz("P", "mean position of the hits");
 /// Depth.
 pub const DEPTH: Layer =
     Layer::one("depth", "Z", "mean depth along the view axis; infinite where nothing is hit");

@@ -60,6 +60,19 @@ impl Film {
             self.channels.insert(channel(layer, suffix), values.iter().map(|c| c[i]).collect());
         }
     }
+    /// Moves layer `P` by `origin` where there are hits: from world space to the user's.
+    pub fn move_positions(&mut self, origin: glam::DVec3) {
+        let hit: Option<Vec<bool>> =
+            self.channels.get("depth.Z").map(|depth| depth.iter().map(|z| z.is_finite()).collect());
+        for (axis, suffix) in ["X", "Y", "Z"].into_iter().enumerate() {
+            let values = self.channels.get_mut(&channel("P", suffix));
+            for (i, value) in values.into_iter().flatten().enumerate() {
+                if hit.as_ref().is_none_or(|hit| hit[i]) {
+                    *value = (f64::from(*value) + origin[axis]) as f32;
+                }
+            }
+        }
+    }
     /// Sets one channel by its full name.
     pub fn set(&mut self, name: &str, values: Vec<f32>) {
         self.channels.insert(name.to_owned(), values);

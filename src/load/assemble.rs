@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use glam::{EulerRot, Mat4, Quat, Vec3, Vec4};
+use glam::{DAffine3, DMat3, DQuat, DVec3, EulerRot, Vec3};
 use toml::Spanned;
 
 use super::Loaded;
@@ -13,6 +13,7 @@ use super::environment::read_environment;
 use super::normals::smooth;
 use super::obj::{Obj, read_obj};
 use super::obj_cage::read_cage;
+use super::origin::{Placement, origin_of};
 use super::path::resolve;
 use super::scene_file::{
     CameraEntry, CurvesEntry, LightEntry, MeshEntry, Normals, SceneFile, Triple, line_at,
@@ -81,13 +82,19 @@ impl<'a> Assembly<'a> {
         }
         let mut shapes = Vec::new();
         for (index, mesh) in entry.mesh.iter().enumerate() {
-            shapes.extend(self.shapes(mesh)?.into_iter().map(|s| (index, s)));
+            shapes.extend(self.shapes(mesh)?.into_iter().map(|(s, at)| (index, s, at)));
         }
-        let around = shapes
-            .iter()
-            .map(|(_, s)| s.bounds())
-            .fold(Aabb::EMPTY, |a, b| Aabb { min: a.min.min(b.min), max: a.max.max(b.max) });
-        for (index, shape) in shapes {
+        self.loaded.scene.origin = self.origin(&shapes, &entry.light)?;
+        let mut around = Aabb::EMPTY;
+        for (index, shape, placement) in &mut shapes {
+            if let Some(matrix) = placement.world_from_shape(self.loaded.scene.origin) {
+                let span = entry.mesh[*index].span();
+                shape.transform(&matrix).or_else(|m| self.fail(&span, m))?;
+            }
+            let of = shape.bounds();
+            around = Aabb { min: around.min.min(of.min), max: around.max.max(of.max) };
+        }
+        for (index, shape, _) in shapes {
             self.mesh(shape, &entry.mesh[index], around.diagonal())?;
         }
         for light in entry.light {
@@ -100,10 +107,40 @@ impl<'a> Assembly<'a> {
         Ok(self.loaded)
     }
 
-    /// What an entry gives, in world space.
-    fn shapes(&mut self, entry: &Spanned<MeshEntry>) -> Result<Vec<Shape>> {
+    /// Where the scene should have its zero.
+    fn origin(
+        &self,
+        shapes: &[(usize, Shape, Placement)],
+        lights: &[Spanned<LightEntry>],
+    ) -> Result<DVec3> {
+        let lamps: Vec<DVec3> = lights
+            .iter()
+            .filter_map(|light| match *light.get_ref() {
+                LightEntry::Quad { corner, .. } => Some(corner),
+                LightEntry::Sphere { center, .. } => Some(center),
+                _ => None,
+            })
+            .collect();
+        let mut starts = vec![0];
+        for (_, shape, _) in shapes {
+            starts.push(starts[starts.len() - 1] + shape.points().len());
+        }
+        let end = starts[shapes.len()];
+        let vertex = |i: usize| match i.checked_sub(end) {
+            Some(lamp) => lamps[lamp],
+            None => {
+                let k = starts.partition_point(|&start| start <= i) - 1;
+                shapes[k].2.user(shapes[k].1.points()[i - starts[k]].as_dvec3())
+            }
+        };
+        let scene = |m: String| Error::input(self.file, None, format!("the scene {m}"));
+        origin_of(end + lamps.len(), vertex).map_err(scene)
+    }
+
+    /// What an entry gives, and where it is.
+    fn shapes(&mut self, entry: &Spanned<MeshEntry>) -> Result<Vec<(Shape, Placement)>> {
         let (span, e) = (entry.span(), entry.get_ref());
-        let (mut shapes, names) = match (&e.file, &e.builtin) {
+        let (mut shapes, object_origin, names) = match (&e.file, &e.builtin) {
             (Some(file), None) => {
                 let path = resolve(file, self.file).or_else(|m| self.fail(&span, m))?;
                 if !path.exists() {
@@ -150,7 +187,7 @@ impl<'a> Assembly<'a> {
                     c.widths.iter_mut().for_each(|w| *w *= curves.width_scale.unwrap_or(1.0));
                     shapes.push(Shape::Curves(c, settings));
                 }
-                (shapes, ids)
+                (shapes, DVec3::ZERO, ids)
             }
             _ => {
                 return self.fail(&span, "a mesh needs either file = \"….obj\" or builtin = \"…\"");
@@ -159,29 +196,25 @@ impl<'a> Assembly<'a> {
         if e.builtin.is_none() && !e.parameters.is_empty() {
             return self.fail(&span, "parameters belong to builtin meshes; remove them");
         }
-        let world_from_object = self.world_from_object(e, &span)?;
-        for shape in &mut shapes {
-            for m in shape.materials_mut() {
-                *m = names[*m as usize];
-            }
-            if let Some(matrix) = &world_from_object {
-                shape.transform(matrix).or_else(|m| self.fail(&span, m))?;
-            }
+        let user_from_object = self.user_from_object(e, &span)?;
+        for m in shapes.iter_mut().flat_map(Shape::materials_mut) {
+            *m = names[*m as usize];
         }
-        Ok(shapes)
+        let placement = Placement { object_origin, user_from_object };
+        Ok(shapes.into_iter().map(|shape| (shape, placement)).collect())
     }
 
     fn curve_settings(&self, e: &CurvesEntry, span: &Range<usize>) -> Result<CurveSettings> {
         curve_settings(e).or_else(|m| self.fail(span, m))
     }
 
-    /// The shape of a file and the numbers of its materials.
+    /// The shape of a file, the zero of its coordinates, and the numbers of its materials.
     fn read(
         &mut self,
         path: &Path,
         e: &MeshEntry,
         span: &Range<usize>,
-    ) -> Result<(Vec<Shape>, Vec<u32>)> {
+    ) -> Result<(Vec<Shape>, DVec3, Vec<u32>)> {
         if is_curve_file(path) {
             if e.subdivision.is_some() {
                 return self.fail(span, "subdivision belongs to .obj files; remove it");
@@ -199,7 +232,7 @@ impl<'a> Assembly<'a> {
                 albedo: file.albedo.unwrap_or(Rgb::splat(0.5)),
                 ..Material::default()
             });
-            return Ok((vec![Shape::Curves(curves, settings)], vec![id]));
+            return Ok((vec![Shape::Curves(curves, settings)], file.origin, vec![id]));
         }
         if !path.extension().is_some_and(|x| x.eq_ignore_ascii_case("obj")) {
             return self.fail(
@@ -213,18 +246,18 @@ impl<'a> Assembly<'a> {
         if e.curves.is_some() {
             return self.fail(span, "curves belongs to .hair, .curves and .txt files; remove it");
         }
-        let (shape, materials) = match &e.subdivision {
+        let (shape, origin, materials) = match &e.subdivision {
             Some(settings) => {
-                let (cage, materials) = read_cage(path, &mut self.loaded.warnings)?;
-                (Shape::Cage(cage, settings.clone()), materials)
+                let (cage, origin, materials) = read_cage(path, &mut self.loaded.warnings)?;
+                (Shape::Cage(cage, settings.clone()), origin, materials)
             }
             None => {
-                let Obj { mesh, materials } = read_obj(path, &mut self.loaded.warnings)?;
-                (Shape::Mesh(mesh), materials)
+                let Obj { mesh, origin, materials } = read_obj(path, &mut self.loaded.warnings)?;
+                (Shape::Mesh(mesh), origin, materials)
             }
         };
         let ids = self.mtl(path, e, materials)?;
-        Ok((vec![shape], ids))
+        Ok((vec![shape], origin, ids))
     }
 
     /// Makes a shape a mesh of the scene.
@@ -256,7 +289,7 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    fn world_from_object(&self, e: &MeshEntry, span: &Range<usize>) -> Result<Option<Mat4>> {
+    fn user_from_object(&self, e: &MeshEntry, span: &Range<usize>) -> Result<Option<DAffine3>> {
         let parts = e.scale.is_some() || e.rotate_deg.is_some() || e.translate.is_some();
         if e.matrix.is_none() && !parts {
             return Ok(None);
@@ -268,18 +301,16 @@ impl<'a> Assembly<'a> {
                     "matrix stands alone; remove it or scale, rotate_deg and translate",
                 );
             }
-            Some(rows) => Mat4::from_cols(
-                Vec4::from(rows[0]),
-                Vec4::from(rows[1]),
-                Vec4::from(rows[2]),
-                Vec4::W,
-            )
-            .transpose(),
+            Some(rows) => {
+                let column = |k: usize| DVec3::from_array(rows.map(|row| row[k]));
+                let linear = DMat3::from_cols(column(0), column(1), column(2));
+                DAffine3::from_mat3_translation(linear, column(3))
+            }
             None => {
-                let angles = e.rotate_deg.unwrap_or_default() * (std::f32::consts::PI / 180.0);
-                let rotation = Quat::from_euler(EulerRot::XYZEx, angles.x, angles.y, angles.z);
-                Mat4::from_scale_rotation_translation(
-                    e.scale.map_or(Vec3::ONE, Vec3::from),
+                let angles = e.rotate_deg.unwrap_or_default() * (std::f64::consts::PI / 180.0);
+                let rotation = DQuat::from_euler(EulerRot::XYZEx, angles.x, angles.y, angles.z);
+                DAffine3::from_scale_rotation_translation(
+                    e.scale.map_or(DVec3::ONE, DVec3::from),
                     rotation,
                     e.translate.unwrap_or_default(),
                 )
@@ -298,7 +329,7 @@ impl<'a> Assembly<'a> {
                 up.unwrap_or(Vec3::Y),
             );
         }
-        let (light, problem) = light(entry.get_ref());
+        let (light, problem) = light(entry.get_ref(), self.loaded.scene.origin);
         if let Some(problem) = problem {
             return self.fail(&span, problem);
         }
@@ -348,7 +379,10 @@ impl<'a> Assembly<'a> {
         };
         check_lens(&camera, self.file, line)?;
         match (e.eye, e.target) {
-            (Some(eye), Some(target)) => (camera.eye, camera.target) = (eye, target),
+            (Some(eye), Some(target)) => {
+                let near = |p: DVec3| (p - self.loaded.scene.origin).as_vec3();
+                (camera.eye, camera.target) = (near(eye), near(target));
+            }
             (None, None) => {
                 let around = bounds(&self.loaded.scene);
                 if !around.is_empty() && around.diagonal() <= MAX_DIAGONAL {
@@ -358,10 +392,11 @@ impl<'a> Assembly<'a> {
                         guessed = if camera.up == Vec3::Z { ", z upwards" } else { ", y upwards" };
                     }
                     camera = framing(&self.loaded.scene, &camera);
+                    let user = |p: Vec3| numbers(p.as_dvec3() + self.loaded.scene.origin);
+                    let (eye, target) = (user(camera.eye), user(camera.target));
                     self.loaded.notes.push(format!(
-                        "no camera given: a framing one was set, eye = {}, target = {}{guessed}",
-                        numbers(camera.eye),
-                        numbers(camera.target)
+                        "no camera given: a framing one was set, eye = {eye}, target = \
+                         {target}{guessed}"
                     ));
                 }
             }
@@ -379,12 +414,13 @@ impl<'a> Assembly<'a> {
     }
 }
 
-fn numbers(v: Vec3) -> String {
+fn numbers(v: DVec3) -> String {
     format!("[{:.4}, {:.4}, {:.4}]", v.x, v.y, v.z)
 }
 
-/// The light and what is wrong with it.
-fn light(entry: &LightEntry) -> (Light, Option<&'static str>) {
+/// The light in a scene with this origin, and what is wrong with it.
+fn light(entry: &LightEntry, origin: DVec3) -> (Light, Option<&'static str>) {
+    let near = |p: DVec3| (p - origin).as_vec3();
     let color = |t: Triple, name: &'static str| {
         let c = Rgb::from(t);
         let ok = c.is_finite() && c.min_element() >= 0.0;
@@ -406,13 +442,13 @@ fn light(entry: &LightEntry) -> (Light, Option<&'static str>) {
                      parallelogram",
                 )
             };
-            (Light::Quad { corner, edge1, edge2, radiance }, problem)
+            (Light::Quad { corner: near(corner), edge1, edge2, radiance }, problem)
         }
         LightEntry::Sphere { center, radius, radiance } => {
             let (radiance, problem) = color(radiance, RADIANCE);
             let ok = radius > 0.0 && radius.is_finite() && center.is_finite();
             (
-                Light::Sphere { center, radius, radiance },
+                Light::Sphere { center: near(center), radius, radiance },
                 if ok {
                     problem
                 } else {
@@ -444,7 +480,7 @@ fn light(entry: &LightEntry) -> (Light, Option<&'static str>) {
         LightEntry::Point { position, intensity } => {
             let (intensity, problem) = color(intensity, INTENSITY);
             (
-                Light::Point { position, intensity },
+                Light::Point { position: near(position), intensity },
                 if position.is_finite() { problem } else { Some("position must be finite") },
             )
         }
@@ -463,7 +499,16 @@ fn light(entry: &LightEntry) -> (Light, Option<&'static str>) {
                 } else {
                     problem
                 };
-            (Light::Spot { position, direction, intensity, inner_deg, outer_deg }, problem)
+            (
+                Light::Spot {
+                    position: near(position),
+                    direction,
+                    intensity,
+                    inner_deg,
+                    outer_deg,
+                },
+                problem,
+            )
         }
     }
 }

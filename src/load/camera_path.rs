@@ -11,7 +11,7 @@
 
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -28,8 +28,8 @@ struct PathFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct KeyEntry {
-    eye: Vec3,
-    target: Vec3,
+    eye: DVec3,
+    target: DVec3,
     up: Option<Vec3>,
     vfov_deg: Option<f32>,
     time: Option<f32>,
@@ -39,17 +39,18 @@ fn line_at(text: &str, at: usize) -> usize {
     text[..at.min(text.len())].matches('\n').count() + 1
 }
 
-/// Reads a camera path; `camera` is the scene's: image size, and what the keys leave out.
+/// Reads a camera path; `camera` is the scene's: image size, and what the keys leave out; `origin`
+/// is the scene's too.
 ///
 /// # Errors
 /// [`Error::Io`]; [`Error::Input`] with the line of what is wrong.
-pub fn load_camera_path(file: &Path, camera: &Camera) -> Result<CameraPath> {
+pub fn load_camera_path(file: &Path, camera: &Camera, origin: DVec3) -> Result<CameraPath> {
     let text =
         std::fs::read_to_string(file).map_err(|source| Error::Io { path: file.into(), source })?;
-    parse(file, &text, camera)
+    parse(file, &text, camera, origin)
 }
 
-fn parse(file: &Path, text: &str, camera: &Camera) -> Result<CameraPath> {
+fn parse(file: &Path, text: &str, camera: &Camera, origin: DVec3) -> Result<CameraPath> {
     let entries: PathFile = toml::from_str(text).map_err(|e| {
         Error::input(file, e.span().map(|s| line_at(text, s.start)), e.message().replace('\n', " "))
     })?;
@@ -58,8 +59,8 @@ fn parse(file: &Path, text: &str, camera: &Camera) -> Result<CameraPath> {
     for (i, entry) in entries.key.iter().enumerate() {
         let (line, k) = (Some(line_at(text, entry.span().start)), entry.get_ref());
         let view = Camera {
-            eye: k.eye,
-            target: k.target,
+            eye: (k.eye - origin).as_vec3(),
+            target: (k.target - origin).as_vec3(),
             up: k.up.unwrap_or(camera.up),
             vfov_deg: k.vfov_deg.unwrap_or(camera.vfov_deg),
             ..camera.clone()
@@ -95,7 +96,7 @@ mod tests {
 
     #[test]
     fn keys_and_faults() {
-        let read = |text: &str| parse(Path::new("p.toml"), text, &Camera::default());
+        let read = |text: &str| parse(Path::new("p.toml"), text, &Camera::default(), DVec3::ZERO);
         let path = read(
             "[[key]]\neye=[0,0,1]\ntarget=[0,0,0]\n\
              [[key]]\neye=[1,0,1]\ntarget=[0,0,0]\nvfov_deg=60\n",

@@ -10,21 +10,30 @@
 //! warning.
 //!
 //! **Text** (`.curves`, `.txt`): a control point a line, `x y z radius`; an empty line ends a
-//! curve; `#` begins a comment. The radius may be left out where the scene gives `width`.
+//! curve; `#` begins a comment. The radius may be left out where the scene gives `width`. Points of
+//! text are read in double precision and kept relative to an origin of the file.
 
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
+use super::origin::origin_of;
 use crate::error::{Error, Result};
+use crate::math::Aabb;
 use crate::radiometry::Rgb;
 use crate::scene::Curves;
+
+/// Largest coordinate over the diagonal: beyond, single precision has fewer than 4096 steps for the
+/// whole file.
+const MAX_OFFSET: f32 = 4096.0;
 
 /// Curves and what colour the file gives them.
 #[derive(Debug)]
 pub struct CurveFile {
-    /// Linear curves; the scene may say otherwise.
+    /// Linear curves, relative to `origin`; the scene may say otherwise.
     pub curves: Curves,
+    /// Zero of the curves' coordinates, the file's space.
+    pub origin: DVec3,
     /// Mean colour.
     pub albedo: Option<Rgb>,
 }
@@ -88,11 +97,12 @@ fn drop_points(curves: &mut Curves) -> usize {
 fn read_text(path: &Path, bytes: &[u8], width: Option<f32>) -> Result<CurveFile> {
     let text = std::str::from_utf8(bytes)
         .map_err(|_| Error::input(path, None, "is not UTF-8 text; save it as UTF-8"))?;
-    let mut curves = Curves::default();
-    let mut open: Vec<(Vec3, f32)> = Vec::new();
-    let mut end = |open: &mut Vec<(Vec3, f32)>| {
-        if !open.is_empty() {
-            curves.push_curve(open.drain(..));
+    // Points with their widths, and where each curve begins.
+    let mut points: Vec<(DVec3, f32)> = Vec::new();
+    let mut starts = vec![0];
+    let end = |count: usize, starts: &mut Vec<usize>| {
+        if starts.last() != Some(&count) {
+            starts.push(count);
         }
     };
     for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
@@ -100,14 +110,14 @@ fn read_text(path: &Path, bytes: &[u8], width: Option<f32>) -> Result<CurveFile>
         let content = line.split('#').next().unwrap_or_default();
         if content.trim().is_empty() {
             if !comment {
-                end(&mut open);
+                end(points.len(), &mut starts);
             }
             continue;
         }
         let fail = |message: String| Error::input(path, index + 1, message);
         let mut n = Vec::with_capacity(4);
         for word in content.split_whitespace() {
-            let x = word.parse::<f32>().ok().filter(|x| x.is_finite());
+            let x = word.parse::<f64>().ok().filter(|x| (*x as f32).is_finite());
             n.push(x.ok_or_else(|| {
                 fail(format!("\"{word}\" is no finite number; a point is x y z radius"))
             })?);
@@ -119,8 +129,8 @@ fn read_text(path: &Path, bytes: &[u8], width: Option<f32>) -> Result<CurveFile>
                     n[3]
                 )));
             }
-            (4, _) => (Vec3::new(n[0], n[1], n[2]), 2.0 * n[3]),
-            (3, Some(width)) => (Vec3::new(n[0], n[1], n[2]), width),
+            (4, _) => (DVec3::new(n[0], n[1], n[2]), (2.0 * n[3]) as f32),
+            (3, Some(width)) => (DVec3::new(n[0], n[1], n[2]), width),
             (3, None) => return Err(fail(
                 "the point has no radius; write x y z radius, or give curves.width in the scene"
                     .into(),
@@ -129,10 +139,17 @@ fn read_text(path: &Path, bytes: &[u8], width: Option<f32>) -> Result<CurveFile>
                 return Err(fail(format!("a point is x y z radius, found {count} numbers")));
             }
         };
-        open.push(p);
+        points.push(p);
     }
-    end(&mut open);
-    Ok(CurveFile { curves, albedo: None })
+    end(points.len(), &mut starts);
+    let origin =
+        origin_of(points.len(), |i| points[i].0).map_err(|m| Error::input(path, None, m))?;
+    let mut curves = Curves::default();
+    for pair in starts.windows(2) {
+        let near = |&(p, width): &(DVec3, f32)| ((p - origin).as_vec3(), width);
+        curves.push_curve(points[pair[0]..pair[1]].iter().map(near));
+    }
+    Ok(CurveFile { curves, origin, albedo: None })
 }
 
 const HEADER: usize = 128;
@@ -200,6 +217,16 @@ fn read_hair(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<Cu
     if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
         return Err(fail(format!("point {i} is not finite; export it again")));
     }
+    let around = Aabb::around(positions.iter().copied());
+    let farthest = around.min.abs().max(around.max.abs()).max_element();
+    if farthest > MAX_OFFSET * around.diagonal() {
+        return Err(fail(format!(
+            "lies {farthest:.0} units from its origin and is {:.3} units large: the single \
+             precision of .hair files cannot tell its points apart there; export it about its \
+             origin, and move it by translate in the [[mesh]]",
+            around.diagonal()
+        )));
+    }
     let widths = array(2).map_or_else(|| vec![real(20); points], floats);
     if let Some(i) = widths.iter().position(|w| !w.is_finite() || *w < 0.0) {
         return Err(fail(format!(
@@ -221,5 +248,5 @@ fn read_hair(path: &Path, bytes: &[u8], warnings: &mut Vec<String>) -> Result<Cu
     }));
     let albedo = mean.as_vec3();
     let usable = albedo.is_finite() && albedo.min_element() >= 0.0 && albedo.max_element() <= 1.0;
-    Ok(CurveFile { curves, albedo: usable.then_some(albedo) })
+    Ok(CurveFile { curves, origin: DVec3::ZERO, albedo: usable.then_some(albedo) })
 }

@@ -24,6 +24,7 @@ mod obj;
 mod obj_cage;
 mod obj_fault;
 mod obj_text;
+mod origin;
 mod path;
 mod polygon;
 #[expect(missing_docs, reason = "the fields are the keys that the page describes")]

@@ -10,6 +10,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
+
 use super::mtl_texture::{TextureStatement, parse};
 use super::obj_text::decode;
 use crate::error::{Error, Result};
@@ -111,12 +113,13 @@ fn convert(m: &tobj::Material, file: &Path, warnings: &mut Vec<String>) -> MtlMa
         ));
     }
     let white = |mapped: bool, plain: Rgb| if mapped { Rgb::ONE } else { plain };
-    let number = |key: &str| unknown(key).and_then(|t| t.trim().parse::<f32>().ok());
+    let number = |key: &str| unknown(key).and_then(|t| t.trim().parse::<f64>().ok());
+    let rgb = |c: [f64; 3]| DVec3::from_array(c).as_vec3();
     let opacity = m.dissolve.or(number("Tr").map(|t| 1.0 - t)).unwrap_or(1.0).clamp(0.0, 1.0);
     MtlMaterial {
-        albedo: m.diffuse.map_or(white(albedo_texture.is_some(), Rgb::splat(0.5)), Rgb::from),
-        emission: m.emissive.map_or(white(emission_texture.is_some(), Rgb::ZERO), Rgb::from),
-        opacity,
+        albedo: m.diffuse.map_or(white(albedo_texture.is_some(), Rgb::splat(0.5)), rgb),
+        emission: m.emissive.map_or(white(emission_texture.is_some(), Rgb::ZERO), rgb),
+        opacity: opacity as f32,
         albedo_texture,
         emission_texture,
         opacity_texture,
@@ -130,10 +133,10 @@ fn convert(m: &tobj::Material, file: &Path, warnings: &mut Vec<String>) -> MtlMa
 /// What a material is beyond diffuse.
 fn more(
     m: &tobj::Material,
-    opacity: f32,
+    opacity: f64,
     unknown: &dyn Fn(&str) -> Option<String>,
 ) -> Vec<&'static str> {
-    let number = |key: &str| unknown(key).and_then(|t| t.trim().parse::<f32>().ok());
+    let number = |key: &str| unknown(key).and_then(|t| t.trim().parse::<f64>().ok());
     let tinted = unknown("Tf").is_some_and(|t| {
         let values: Vec<f32> = t.split_whitespace().filter_map(|w| w.parse().ok()).collect();
         values.iter().any(|&x| x != values[0])

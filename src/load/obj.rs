@@ -13,13 +13,14 @@ use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::find::{Found, find};
 use super::mtl::{MtlMaterial, read_mtl};
 use super::obj_fault::find_fault;
 use super::obj_text::{UNNAMED, decode, joined, name, plain};
+use super::origin::origin_of;
 use super::polygon::triangulate;
 use crate::error::{Error, Result};
 use crate::scene::Mesh;
@@ -27,8 +28,10 @@ use crate::scene::Mesh;
 /// A mesh whose material indices refer to `materials`.
 #[derive(Debug)]
 pub struct Obj {
-    /// All groups.
+    /// All groups, relative to `origin`.
     pub mesh: Mesh,
+    /// Zero of the mesh's coordinates, the file's space.
+    pub origin: DVec3,
     /// Materials of the libraries, then the undefined ones.
     pub materials: Vec<MtlMaterial>,
 }
@@ -69,6 +72,8 @@ pub struct Groups {
     pub text: String,
     /// Groups, whose materials are numbers of `materials`.
     pub models: Vec<tobj::Model>,
+    /// Where single precision should have its zero, the file's space.
+    pub origin: DVec3,
     /// Materials of the libraries, then the undefined ones.
     pub materials: Vec<MtlMaterial>,
 }
@@ -133,19 +138,29 @@ pub fn read_groups(path: &Path, single_index: bool, warnings: &mut Vec<String>) 
     })
     .map_err(|e| fail(e.to_string()))?;
     let finite = |m: &tobj::Mesh| {
-        m.positions.iter().chain(&m.normals).chain(&m.texcoords).all(|x| x.is_finite())
+        m.positions.iter().chain(&m.normals).chain(&m.texcoords).all(|&x| (x as f32).is_finite())
     };
     if !models.iter().all(|m| finite(&m.mesh)) {
         return Err(fail("a number is not finite".into()));
     }
-    if models.iter().map(|m| m.mesh.positions.len() / 3).sum::<usize>() >= u32::MAX as usize {
+    let mut starts = vec![0];
+    for model in &models {
+        starts.push(starts[starts.len() - 1] + model.mesh.positions.len() / 3);
+    }
+    let count = starts[models.len()];
+    if count >= u32::MAX as usize {
         return Err(Error::input(
             path,
             None,
             "has more vertices than 32-bit indices can count; split it into several meshes",
         ));
     }
-    Ok(Groups { text, models, materials })
+    let vertex = |i: usize| {
+        let model = starts.partition_point(|&start| start <= i) - 1;
+        DVec3::from_slice(&models[model].mesh.positions[3 * (i - starts[model])..])
+    };
+    let origin = origin_of(count, vertex).map_err(|m| Error::input(path, None, m))?;
+    Ok(Groups { text, models, origin, materials })
 }
 
 /// Reads an OBJ file as triangles.
@@ -153,9 +168,12 @@ pub fn read_groups(path: &Path, single_index: bool, warnings: &mut Vec<String>) 
 /// # Errors
 /// Those of [`read_groups`].
 pub fn read_obj(path: &Path, warnings: &mut Vec<String>) -> Result<Obj> {
-    let Groups { models, materials, .. } = read_groups(path, true, warnings)?;
-    let mut obj =
-        Obj { mesh: Mesh { name: path.display().to_string(), ..Mesh::default() }, materials };
+    let Groups { models, materials, origin, .. } = read_groups(path, true, warnings)?;
+    let mut obj = Obj {
+        mesh: Mesh { name: path.display().to_string(), ..Mesh::default() },
+        origin,
+        materials,
+    };
     let mut without_material = 0;
     for model in models {
         without_material += append(&mut obj, &model);
@@ -271,15 +289,18 @@ fn append(obj: &mut Obj, model: &tobj::Model) -> usize {
     let (m, mesh) = (&model.mesh, &mut obj.mesh);
     let base = mesh.positions.len();
     let count = m.positions.len() / 3;
-    mesh.positions.extend(m.positions.chunks_exact(3).map(Vec3::from_slice));
+    let origin = obj.origin;
+    let near = |p: &[f64]| (DVec3::from_slice(p) - origin).as_vec3();
+    mesh.positions.extend(m.positions.chunks_exact(3).map(near));
     if m.normals.len() == count * 3 {
-        mesh.normals
-            .extend(m.normals.chunks_exact(3).map(|n| Vec3::from_slice(n).normalize_or_zero()));
+        mesh.normals.extend(
+            m.normals.chunks_exact(3).map(|n| DVec3::from_slice(n).as_vec3().normalize_or_zero()),
+        );
     }
     mesh.normals.resize(base + count, Vec3::ZERO);
     if m.texcoords.len() == count * 2 && count > 0 {
         mesh.uvs.resize(base, Vec2::ZERO);
-        mesh.uvs.extend(m.texcoords.chunks_exact(2).map(Vec2::from_slice));
+        mesh.uvs.extend(m.texcoords.chunks_exact(2).map(|t| DVec2::from_slice(t).as_vec2()));
     } else if !mesh.uvs.is_empty() {
         mesh.uvs.resize(base + count, Vec2::ZERO);
     }

@@ -20,7 +20,7 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::mtl::MtlMaterial;
 use super::obj::{Groups, read_groups};
@@ -33,27 +33,38 @@ fn key(p: Vec3) -> [u32; 3] {
     (p + Vec3::ZERO).to_array().map(f32::to_bits)
 }
 
-/// Vertices by position.
-#[derive(Default)]
-struct Welded(HashMap<[u32; 3], u32>);
+/// Vertices by position relative to an origin in the file's space.
+struct Welded {
+    ids: HashMap<[u32; 3], u32>,
+    origin: DVec3,
+}
 
 impl Welded {
-    fn id(&mut self, p: Vec3, cage: &mut Cage) -> u32 {
-        *self.0.entry(key(p)).or_insert_with(|| {
+    fn near(&self, p: DVec3) -> Vec3 {
+        (p - self.origin).as_vec3()
+    }
+
+    fn id(&mut self, p: DVec3, cage: &mut Cage) -> u32 {
+        let p = self.near(p);
+        *self.ids.entry(key(p)).or_insert_with(|| {
             cage.positions.push(p);
             cage.positions.len() as u32 - 1
         })
     }
 }
 
-/// Reads an OBJ file as a cage, with its materials.
+/// Reads an OBJ file as a cage, with the zero of its coordinates in the file's space and its
+/// materials.
 ///
 /// # Errors
 /// Those of reading OBJ files; [`Error::Input`] with the line of a tag that is wrong.
-pub fn read_cage(path: &Path, warnings: &mut Vec<String>) -> Result<(Cage, Vec<MtlMaterial>)> {
-    let Groups { text, models, mut materials } = read_groups(path, false, warnings)?;
+pub fn read_cage(
+    path: &Path,
+    warnings: &mut Vec<String>,
+) -> Result<(Cage, DVec3, Vec<MtlMaterial>)> {
+    let Groups { text, models, origin, mut materials } = read_groups(path, false, warnings)?;
     let mut cage = Cage { name: path.display().to_string(), ..Cage::default() };
-    let mut welded = Welded::default();
+    let mut welded = Welded { ids: HashMap::new(), origin };
     let (mut without_material, mut dropped) = (0, 0);
     // The cage's face of every face of the file.
     let mut faces: Vec<Option<u32>> = Vec::new();
@@ -66,12 +77,12 @@ pub fn read_cage(path: &Path, warnings: &mut Vec<String>) -> Result<(Cage, Vec<M
         let ids: Vec<u32> = m
             .positions
             .chunks_exact(3)
-            .map(|p| welded.id(Vec3::from_slice(p), &mut cage))
+            .map(|p| welded.id(DVec3::from_slice(p), &mut cage))
             .collect();
         let with_uvs = m.texcoord_indices.len() == m.indices.len() && !m.indices.is_empty();
         let uv_base = cage.uvs.len() as u32;
         if with_uvs {
-            cage.uvs.extend(m.texcoords.chunks_exact(2).map(Vec2::from_slice));
+            cage.uvs.extend(m.texcoords.chunks_exact(2).map(|t| DVec2::from_slice(t).as_vec2()));
         }
         let material = m.material_id.unwrap_or(materials.len()) as u32;
         let mut at = 0;
@@ -125,19 +136,19 @@ pub fn read_cage(path: &Path, warnings: &mut Vec<String>) -> Result<(Cage, Vec<M
         materials.push(MtlMaterial::stand_in(UNNAMED, why));
     }
     tags(path, &text, &mut cage, &welded, &faces, warnings)?;
-    Ok((cage, materials))
+    Ok((cage, origin, materials))
 }
 
 /// Positions of the file's vertices, in its order, read as `tobj` reads them.
-fn vertices(text: &str) -> Vec<Vec3> {
+fn vertices(text: &str) -> Vec<DVec3> {
     let read = |line: &str| {
         let rest = line.trim_start().strip_prefix('v')?;
         if !rest.starts_with(char::is_whitespace) {
             return None;
         }
-        let n: Vec<f32> = rest.split_whitespace().filter_map(|w| w.parse().ok()).collect();
-        let p = Vec3::from_slice(n.get(..3)?);
-        Some(if n.len() == 4 { Vec3::new(p.x / n[3], p.y / n[3], p.z / n[3]) } else { p })
+        let n: Vec<f64> = rest.split_whitespace().filter_map(|w| w.parse().ok()).collect();
+        let p = DVec3::from_slice(n.get(..3)?);
+        Some(if n.len() == 4 { p / n[3] } else { p })
     };
     text.lines().filter_map(read).collect()
 }
@@ -234,7 +245,7 @@ fn tags(
                     "vertex {i} is out of range: the file has {count}, counted from 0 in tags"
                 ))
             })?;
-            Ok(welded.0.get(&key(*p)).copied())
+            Ok(welded.ids.get(&key(welded.near(*p))).copied())
         };
         match tag.name {
             "crease" => {

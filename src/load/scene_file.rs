@@ -38,7 +38,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -67,8 +67,8 @@ pub struct SceneFile {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CameraEntry {
-    pub eye: Option<Vec3>,
-    pub target: Option<Vec3>,
+    pub eye: Option<DVec3>,
+    pub target: Option<DVec3>,
     pub up: Option<Vec3>,
     pub vfov_deg: Option<f32>,
     pub width: Option<u32>,
@@ -112,6 +112,23 @@ impl From<Triple> for Vec3 {
     }
 }
 
+/// One factor for all axes, or one each.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(untagged, expecting = "expected a number or an array of three numbers")]
+pub enum Scale {
+    One(f64),
+    Three([f64; 3]),
+}
+
+impl From<Scale> for DVec3 {
+    fn from(scale: Scale) -> Self {
+        match scale {
+            Scale::One(x) => Self::splat(x),
+            Scale::Three(a) => Self::from_array(a),
+        }
+    }
+}
+
 /// `[[mesh]]`.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -119,10 +136,10 @@ pub struct MeshEntry {
     pub file: Option<String>,
     pub builtin: Option<String>,
     pub parameters: toml::Table,
-    pub scale: Option<Triple>,
-    pub rotate_deg: Option<Vec3>,
-    pub translate: Option<Vec3>,
-    pub matrix: Option<[[f32; 4]; 3]>,
+    pub scale: Option<Scale>,
+    pub rotate_deg: Option<DVec3>,
+    pub translate: Option<DVec3>,
+    pub matrix: Option<[[f64; 4]; 3]>,
     pub normals: Normals,
     pub crease_deg: Option<f32>,
     pub sides: Sides,
@@ -177,13 +194,13 @@ pub struct CurvesEntry {
 #[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
 pub enum LightEntry {
     Quad {
-        corner: Vec3,
+        corner: DVec3,
         edge1: Vec3,
         edge2: Vec3,
         radiance: Triple,
     },
     Sphere {
-        center: Vec3,
+        center: DVec3,
         radius: f32,
         radiance: Triple,
     },
@@ -208,11 +225,11 @@ pub enum LightEntry {
         up: Option<Vec3>,
     },
     Point {
-        position: Vec3,
+        position: DVec3,
         intensity: Triple,
     },
     Spot {
-        position: Vec3,
+        position: DVec3,
         direction: Vec3,
         intensity: Triple,
         inner_deg: f32,
@@ -380,7 +397,7 @@ mod tests {
         )
         .unwrap();
         let camera = s.camera.unwrap().into_inner();
-        assert_eq!((camera.width, camera.eye), (Some(320), Some(Vec3::new(1.0, 2.0, 3.0))));
+        assert_eq!((camera.width, camera.eye), (Some(320), Some(DVec3::new(1.0, 2.0, 3.0))));
         assert_eq!(s.settings["decompose"]["alpha"].as_float(), Some(0.1));
         assert_eq!(s.settings["seed"].as_integer(), Some(7));
         assert_eq!(s.name.as_deref(), Some("bare words"));

@@ -103,6 +103,15 @@ impl Shape {
         }
     }
 
+    /// All (control) points.
+    pub fn points(&self) -> &[Vec3] {
+        match self {
+            Self::Mesh(mesh) => &mesh.positions,
+            Self::Cage(cage, _) => &cage.positions,
+            Self::Curves(curves, _) => &curves.points,
+        }
+    }
+
     /// Box around all (control) points.
     pub fn bounds(&self) -> Aabb {
         match self {

@@ -10,10 +10,6 @@ use crate::scene::{Camera, Light, Scene};
 /// Most pixels of an image: 2²⁸, some 40 GiB with all layers.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
-/// Largest coordinate over the diagonal: beyond, single precision has fewer than 4096 steps for the
-/// whole scene.
-const MAX_OFFSET: f32 = 4096.0;
-
 /// Longest diagonal that leaves room for squares and cubes in single precision.
 pub const MAX_DIAGONAL: f32 = 1e15;
 
@@ -80,7 +76,7 @@ pub fn bounds(scene: &Scene) -> Aabb {
 ///
 /// # Errors
 /// [`Error::Input`] for scenes without triangles, extent or light, and with coordinates too large
-/// or too far from the origin to trace.
+/// to trace.
 pub fn check_scene(scene: &Scene, file: &Path) -> Result<()> {
     let lamps = scene.lights.iter().any(|l| matches!(l, Light::Quad { .. } | Light::Sphere { .. }));
     if scene.meshes.iter().all(|m| m.triangles.is_empty()) && !lamps {
@@ -100,19 +96,6 @@ pub fn check_scene(scene: &Scene, file: &Path) -> Result<()> {
             file,
             None,
             format!("{mesh} is but a point: all of its corners are alike; export it again"),
-        ));
-    }
-    let farthest = largest.min.abs().max(largest.max.abs()).max_element();
-    if farthest > MAX_OFFSET * largest.diagonal() {
-        return Err(Error::input(
-            file,
-            None,
-            format!(
-                "lies {farthest:.0} units from the origin and is {:.3} units large: single \
-                 precision cannot tell its corners apart there; move it to the origin in the \
-                 program that made it, and the camera and the lamps with it",
-                largest.diagonal()
-            ),
         ));
     }
     if !emits(scene) {

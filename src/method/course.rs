@@ -67,7 +67,7 @@ fn fixed<T: PartialEq>(
     Ok(())
 }
 
-/// The given settings as the course has them, in a scene of the given diagonal.
+/// The given settings as the course has them, in a world of the given extent.
 ///
 /// Keys that the course decides are set; where they had a value that is neither the default nor the
 /// course's they are refused. Cells and clusters larger than the course allows are cut down to
@@ -79,7 +79,7 @@ fn fixed<T: PartialEq>(
 pub fn as_written(
     decompose: &DecomposeSettings,
     photon: &ProxySettings,
-    diagonal: f32,
+    extent: f32,
 ) -> Result<(DecomposeSettings, ProxySettings)> {
     let (mut d, mut p) = (decompose.clone(), photon.clone());
     let default = DecomposeSettings::default();
@@ -103,10 +103,10 @@ pub fn as_written(
     let none = (Some(Length::Units(0.0)), "0");
     fixed("decompose.pool_radius", &mut d.pool_radius, default.pool_radius, none)?;
 
-    let alpha = d.alpha.resolve(diagonal);
-    let alpha = if alpha > 0.0 && alpha.is_finite() { alpha } else { diagonal / 50.0 };
+    let alpha = d.alpha.resolve(extent);
+    let alpha = if alpha > 0.0 && alpha.is_finite() { alpha } else { extent / 50.0 };
     let at_most = |length: Option<Length>, most: f32| {
-        Some(Length::Units(length.map_or(most, |l| l.resolve(diagonal).min(most))))
+        Some(Length::Units(length.map_or(most, |l| l.resolve(extent).min(most))))
     };
     d.near_cell = at_most(d.near_cell, alpha);
     d.cluster_radius = at_most(d.cluster_radius, 0.5 * alpha);
@@ -120,26 +120,26 @@ mod tests {
 
     #[test]
     fn every_step_is_the_courses_and_contradictions_are_named() {
-        let (photon, diagonal) = (ProxySettings::default(), 50.0);
+        let (photon, extent) = (ProxySettings::default(), 50.0);
         let settings = DecomposeSettings {
             near_cell: Some(Length::Units(9.0)),
             cluster_radius: Some(Length::Units(0.1)),
             rays: 77,
             ..DecomposeSettings::default()
         };
-        let (d, p) = as_written(&settings, &photon, diagonal).unwrap();
-        let lengths = d.lengths(diagonal);
+        let (d, p) = as_written(&settings, &photon, extent).unwrap();
+        let lengths = d.lengths(extent);
         assert_eq!((lengths.alpha, lengths.near_cell, lengths.pool_radius), (1.0, 1.0, 0.0));
         assert_eq!((lengths.cluster_radius, d.rays, d.ridge, d.sight), (0.1, 77, 0.0, false));
         assert_eq!((d.near_hits, d.near_filter), (NearHits::Ignore, Some(0)));
         assert_eq!(p.estimate(), Estimate::Density);
         assert_eq!(
-            as_written(&d, &p, diagonal).unwrap().0.lengths(diagonal),
+            as_written(&d, &p, extent).unwrap().0.lengths(extent),
             lengths,
             "the course's settings are the course's"
         );
         let refused = |d: DecomposeSettings, p: ProxySettings| {
-            as_written(&d, &p, diagonal).unwrap_err().to_string()
+            as_written(&d, &p, extent).unwrap_err().to_string()
         };
         let cells = ProxySettings { estimate: Some(Estimate::Cells), ..photon.clone() };
         assert!(refused(settings.clone(), cells).contains("proxy.estimate"));

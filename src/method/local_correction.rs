@@ -53,7 +53,7 @@ section! {
         /// coefficients.
         ambient: Vec<[f32; 3]> = vec![[0.3; 3]], unit "W·sr⁻¹·m⁻²";
         /// What is nearer corrects.
-        reach: Length = Length::PercentOfDiagonal(10.0), in above(0.0);
+        reach: Length = Length::Percent(10.0), in above(0.0);
         /// Surface elements.
         elements: u64 = 200_000, in from(1.0).to(400e6), unit "elements";
         /// Points on lights with extent, per shading point.
@@ -178,7 +178,7 @@ pub fn render(
             let _phase = run.phase("tree", 1);
             run.install(|| near_surfaces(world, settings, &field, seed))?
         };
-        let reach = settings.reach.resolve(world.diagonal);
+        let reach = settings.reach.resolve(world.extent);
         let near = PointBasedSettings { maxdist: reach, ..PointBasedSettings::default() };
         let phase = run.phase("gather", points.len() as u64);
         run.install(|| {

@@ -1,8 +1,13 @@
 //! Cells: pieces of triangles no larger than `near_cell`, what the proxy keeps its light on.
 //!
 //! Each triangle is bisected at the middle of its longest edge until no edge is longer than
-//! `near_cell`. The bisections form a binary tree per triangle; [`Cells::find`] walks it with the
-//! barycentrics of a hit, so a hit's cell follows from (triangle, u, v) alone.
+//!
+//! ```text
+//! near_cell · max(1, d / extent)      d: distance of the piece's centroid from World::midst
+//! ```
+//! so that a ground of kilometres around a house costs little more than the house. The bisections
+//! form a binary tree per triangle; [`Cells::find`] walks it with the barycentrics of a hit, so a
+//! hit's cell follows from (triangle, u, v) alone.
 //!
 //! Cells stand in the order of their triangles. Those of a triangle tile it, and `find` returns the
 //! cell that holds the point. No vertex is shared or welded, so ray geometry never changes. The
@@ -14,6 +19,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::scene::Sides;
+use crate::shading::World;
 use crate::tessellate::{Geometry, analyze_topology};
 
 /// Index of a cell.
@@ -24,6 +30,45 @@ pub(super) type CellId = u32;
 type Node = u32;
 const LEAF: u32 = 1 << 31;
 const MAX_CELLS: usize = 400_000_000;
+
+/// How long edges of cells may be.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fineness {
+    /// Longest edge in the midst of what is seen.
+    near_cell: f32,
+    midst: Vec3,
+    extent: f32,
+}
+
+impl Fineness {
+    /// That of a world.
+    pub(super) fn of(world: &World, near_cell: f32) -> Self {
+        Self { near_cell, midst: world.midst, extent: world.extent }
+    }
+
+    /// The same everywhere.
+    pub(super) fn even(near_cell: f32) -> Self {
+        Self { near_cell, midst: Vec3::ZERO, extent: f32::INFINITY }
+    }
+
+    fn at(&self, c: &[Vec3; 3]) -> f32 {
+        let distance = ((c[0] + c[1] + c[2]) / 3.0).distance(self.midst);
+        self.near_cell * (distance / self.extent).max(1.0)
+    }
+
+    /// About how many cells a triangle of this area becomes.
+    fn count(&self, c: &[Vec3; 3], area: f32) -> f64 {
+        let centroid = (c[0] + c[1] + c[2]) / 3.0;
+        let size = c.iter().fold(0.0f32, |r, p| r.max(p.distance(centroid)));
+        let nearest = (centroid.distance(self.midst) - size).max(0.0);
+        let coarseness = (nearest / self.extent).max(1.0);
+        // A plane through the midst: a disc of even cells, then as many in each doubling.
+        let [size, extent] = [size, self.extent].map(f64::from);
+        let plane = std::f64::consts::PI * extent.powi(2) * (1.0 + 2.0 * (size / extent).ln_1p());
+        let fine = f64::from(area).min(plane) / f64::from(self.near_cell * coarseness).powi(2);
+        1.0 + 4.0 * fine
+    }
+}
 
 /// Small pieces of triangles.
 #[derive(Debug, Default)]
@@ -40,7 +85,7 @@ pub(super) struct Cells {
     pub(super) triangle_of: Vec<u32>,
     /// Per cell: only the front exists (closed, consistently wound part, or `sides = "one"`).
     pub(super) one_sided: Vec<bool>,
-    /// Longest allowed edge, scene units.
+    /// Longest allowed edge in the midst of what is seen, scene units.
     pub(super) near_cell: f32,
 }
 
@@ -52,7 +97,8 @@ struct Pieces {
 
 impl Pieces {
     /// Cuts `c` until its edges are short; returns its node, with indices local to these pieces.
-    fn cut(&mut self, c: [Vec3; 3], limit: f32) -> Node {
+    fn cut(&mut self, c: [Vec3; 3], fineness: &Fineness) -> Node {
+        let limit = fineness.at(&c);
         let lengths =
             [c[0].distance_squared(c[1]), c[1].distance_squared(c[2]), c[2].distance_squared(c[0])];
         let edge = if lengths[0] >= lengths[1] && lengths[0] >= lengths[2] {
@@ -73,19 +119,20 @@ impl Pieces {
         let (mut first, mut second) = (c, c);
         first[j] = middle;
         second[i] = middle;
-        self.nodes[at] = self.cut(first, limit);
-        self.nodes[at + 1] = self.cut(second, limit);
+        self.nodes[at] = self.cut(first, fineness);
+        self.nodes[at + 1] = self.cut(second, fineness);
         (edge as u32) << 29 | at as u32
     }
 }
 
 impl Cells {
-    /// Cuts every triangle of `geometry` to edges of at most `near_cell`.
+    /// Cuts every triangle of `geometry`.
     ///
     /// # Errors
     /// [`Error::Setting`] when `near_cell` is not positive or so small that the cells would not fit
     /// memory.
-    pub(super) fn new(geometry: &Geometry, near_cell: f32) -> Result<Self> {
+    pub(super) fn new(geometry: &Geometry, fineness: &Fineness) -> Result<Self> {
+        let near_cell = fineness.near_cell;
         if near_cell.is_nan() || near_cell <= 0.0 {
             return Err(Error::setting(
                 "decompose.near_cell",
@@ -93,7 +140,7 @@ impl Cells {
             ));
         }
         let expected: f64 = (0..geometry.len() as u32)
-            .map(|t| 1.0 + 4.0 * f64::from(geometry.area(t)) / f64::from(near_cell).powi(2))
+            .map(|t| fineness.count(&geometry.corners(t), geometry.area(t)))
             .sum();
         if expected > MAX_CELLS as f64 {
             return Err(Error::setting(
@@ -112,7 +159,7 @@ impl Cells {
                 let (mut roots, mut triangles, mut pieces) =
                     (Vec::new(), Vec::new(), Pieces::default());
                 for t in block * 1024..((block + 1) * 1024).min(geometry.len()) {
-                    roots.push(pieces.cut(geometry.corners(t as u32), near_cell));
+                    roots.push(pieces.cut(geometry.corners(t as u32), fineness));
                     triangles.resize(pieces.corners.len(), t as u32);
                 }
                 (roots, triangles, pieces)
@@ -213,7 +260,7 @@ mod tests {
             Vec3::new(1.2, 1.0, 1.0),
             Vec3::new(1.0, 1.2, 1.0),
         ]);
-        let cells = Cells::new(&g, 0.31).unwrap();
+        let cells = Cells::new(&g, &Fineness::even(0.31)).unwrap();
         for t in 0..2u32 {
             let mine: Vec<u32> =
                 (0..cells.len() as u32).filter(|&c| cells.triangle_of[c as usize] == t).collect();
@@ -242,9 +289,9 @@ mod tests {
     fn refuses_absurd_lengths() {
         let g = triangles(vec![Vec3::ZERO, Vec3::X * 100.0, Vec3::Y * 100.0]);
         assert!(
-            Cells::new(&g, 0.0).is_err()
-                && Cells::new(&g, f32::NAN).is_err()
-                && Cells::new(&g, 1e-4).is_err()
+            Cells::new(&g, &Fineness::even(0.0)).is_err()
+                && Cells::new(&g, &Fineness::even(f32::NAN)).is_err()
+                && Cells::new(&g, &Fineness::even(1e-4)).is_err()
         );
     }
 }

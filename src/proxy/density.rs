@@ -94,7 +94,7 @@ mod tests {
             ..Scene::default()
         };
         let geometry = Geometry::new(&scene);
-        let cells = Cells::new(&geometry, 0.07).unwrap();
+        let cells = Cells::new(&geometry, &crate::proxy::cells::Fineness::even(0.07)).unwrap();
         let (n, sets, k) = (4000, 300, 50u32);
         let settings = ProxySettings { neighbours: k, ..ProxySettings::default() };
         let mut sums = [0.0f64; 3];

@@ -13,7 +13,7 @@
 use glam::Vec3;
 
 use super::cell_side::CellSide;
-use super::cells::Cells;
+use super::cells::{Cells, Fineness};
 use super::making::Making;
 use super::places::Places;
 use super::radiosity::CellRadiosity;
@@ -69,7 +69,7 @@ pub struct Proxy {
 /// The scene's surfaces in pieces (phase `cells`).
 fn cut(world: &World, near_cell: f32, run: &Run) -> Result<Cells> {
     let _phase = run.phase("cells", 1);
-    run.install(|| Cells::new(&world.geometry, near_cell))
+    run.install(|| Cells::new(&world.geometry, &Fineness::of(world, near_cell)))
 }
 
 impl Proxy {
@@ -95,7 +95,7 @@ impl Proxy {
     fn of_places(world: &World, inputs: ProxyInputs<'_>) -> Self {
         let ProxyInputs { near_cell, settings, seed } = inputs;
         let size =
-            settings.place_size.map_or(PLACE_OF_CELL * near_cell, |l| l.resolve(world.diagonal));
+            settings.place_size.map_or(PLACE_OF_CELL * near_cell, |l| l.resolve(world.extent));
         let places = Some(Places::new(world, size, settings, seed));
         Self { places, settings: settings.clone(), seed, ..Self::default() }
     }
@@ -141,7 +141,7 @@ impl Proxy {
         near_cell: f32,
         mut radiosity: impl FnMut(Vec3, Vec3) -> Rgb,
     ) -> Result<Self> {
-        let cells = Cells::new(geometry, near_cell)?;
+        let cells = Cells::new(geometry, &Fineness::even(near_cell))?;
         let leaving: Vec<Rgb> = CellSide::all(cells.len())
             .map(|at| {
                 let normal = cells.normal(geometry, at.cell()) * at.side().sign();

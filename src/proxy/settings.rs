@@ -35,7 +35,7 @@ section! {
             decompose.near_visibility sums over cells";
         /// Largest radius photons are sought in. Where fewer photons lie within it the estimate is
         /// noisier, not darker.
-        max_radius: Length = Length::PercentOfDiagonal(5.0), in above(0.0);
+        max_radius: Length = Length::Percent(5.0), in above(0.0);
         /// Cosine of the largest angle between normals that share photons; 0.7 is 45°.
         normal_agreement: f32 = 0.7, in from(0.0).to(0.999);
         /// Shadow rays per cell side; `gather` shoots one to sides that nothing reached. For places

@@ -17,7 +17,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::cell_side::CellSide;
-use super::cells::Cells;
+use super::cells::{Cells, Fineness};
 use super::making::Making;
 use super::{Piece, ProxyInputs};
 use crate::error::Result;
@@ -83,7 +83,7 @@ pub struct Traced {
 /// [`crate::error::Error::Interrupted`].
 pub fn photons(world: &World, inputs: ProxyInputs<'_>, run: &Run) -> Result<Traced> {
     let ProxyInputs { near_cell, settings, seed } = inputs;
-    let cells = run.install(|| Cells::new(&world.geometry, near_cell))?;
+    let cells = run.install(|| Cells::new(&world.geometry, &Fineness::of(world, near_cell)))?;
     trace(&Making { world, cells: &cells, settings, seed, run })
 }
 

@@ -36,8 +36,9 @@ pub fn film_mark(
     load: Option<&Path>,
 ) -> Result<String> {
     let version = env!("CARGO_PKG_VERSION");
-    let (scene, settings) = (Fingerprint::new(scene), config.to_table()?);
-    let text = format!("{version} {scene} {settings} {views:?} {reuse:?}");
+    let (origin, settings) = (scene.origin, config.to_table()?);
+    let scene = Fingerprint::new(scene);
+    let text = format!("{version} {scene} {origin:?} {settings} {views:?} {reuse:?}");
     let mut hash = hash_bytes(0, text.as_bytes());
     if let Some(path) = load {
         let content =

@@ -105,10 +105,11 @@ impl<'a> Flight<'a> {
             ));
         }
         let mark = film_mark(scene, config, &views, reuse, kept.load.as_deref())?;
-        let renderer = Renderer::new(scene, config, run)?;
+        let mut renderer = Renderer::new(scene, config, run)?;
+        renderer.world_mut().follow(&views, run);
         let world = renderer.world();
-        let (settings, inputs) = (&config.decompose, config.inputs(world.diagonal));
-        let key = store::key(Fingerprint::new(scene), &inputs, settings, world.diagonal);
+        let (settings, inputs) = (&config.decompose, config.inputs(world.extent));
+        let key = store::key(Fingerprint::new(scene), &inputs, settings, world.extent);
         let of_film = key.clone().with_value("film", mark);
         let mut flight = Self {
             next: kept.checkpoint.as_ref().and_then(|c| Instant::now().checked_add(c.every)),
@@ -161,7 +162,7 @@ impl<'a> Flight<'a> {
         let _phase = self.renderer.run().phase("checkpoint", 1);
         let near = std::mem::take(&mut self.near);
         let state = FilmState { known: store::Known::new(prepared), near, frames: done };
-        let layout = (&config.inputs(world.diagonal), &config.decompose);
+        let layout = (&config.inputs(world.extent), &config.decompose);
         let saved = film_state::save(&checkpoint.file, &self.key, &state, layout);
         self.near = state.near;
         self.next = Instant::now().checked_add(checkpoint.every);
@@ -188,7 +189,7 @@ impl<'a> Flight<'a> {
         self.renderer.world_mut().camera = self.views[i].clone();
         let (world, run) = (self.renderer.world(), self.renderer.run());
         let config = self.renderer.config();
-        let (settings, inputs) = (&config.decompose, config.inputs(world.diagonal));
+        let (settings, inputs) = (&config.decompose, config.inputs(world.extent));
         let now = match self.known.take() {
             Some(mut known) if self.reuse != Reuse::None => {
                 known.look(world, settings, inputs, self.reuse == Reuse::Extend, run)?;
@@ -219,9 +220,9 @@ impl<'a> Flight<'a> {
     pub fn save(&self, path: &Path) -> Result<()> {
         let Some(prepared) = &self.known else { return Ok(()) };
         let (world, config) = (self.renderer.world(), self.renderer.config());
-        let inputs = config.inputs(world.diagonal);
+        let inputs = config.inputs(world.extent);
         let scene = Fingerprint::new(self.renderer.scene());
-        let key = store::key(scene, &inputs, &config.decompose, world.diagonal);
+        let key = store::key(scene, &inputs, &config.decompose, world.extent);
         store::save(path, &key, &store::Known::new(prepared), &inputs, &config.decompose)
     }
 }

@@ -105,7 +105,7 @@ impl<'a> Renderer<'a> {
                 method.name()
             )));
         }
-        let config = self.config.clone().for_method(method, self.world.diagonal)?;
+        let config = self.config.clone().for_method(method, self.world.extent)?;
         if !converging {
             return self.finished(method, &config, picture(self, &config, method, kept)?, None);
         }

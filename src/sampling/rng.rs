@@ -50,6 +50,8 @@ pub enum Stream {
     Place,
     /// Paths that end the light of places, keyed by the hash of a place and the path.
     PlaceWalk,
+    /// Rays that measure the surroundings of what is seen, keyed by lattice point.
+    Extent,
     /// Independent halves of a picture that converges; a seed of its own for each.
     Converge,
 }
@@ -82,6 +84,7 @@ impl Stream {
             Self::BenchGather => (17, 0),
             Self::Place => (18, 0),
             Self::PlaceWalk => (19, 0),
+            Self::Extent => (20, 0),
             Self::Converge => (0x636f_6e76_6572_6765, 0),
         }
     }

@@ -1,7 +1,8 @@
 //! The scene as data: camera, meshes, materials, lights, textures. No files, no rays, no rendering.
 //!
-//! Lengths are in the file's units. Directions and normals are unit unless said. Surfaces are
-//! two-sided diffuse; radiosity is stored per side.
+//! Lengths are in the file's units; positions are relative to [`Scene::origin`], so that scenes in
+//! the coordinates of a map keep their precision. Directions and normals are unit unless said.
+//! Surfaces are two-sided diffuse; radiosity is stored per side.
 
 mod cage;
 mod camera;
@@ -13,6 +14,8 @@ mod light;
 mod material;
 mod mesh;
 mod texture;
+
+use glam::DVec3;
 
 pub use cage::{Boundary, Cage, INFINITE_SHARPNESS, UvRule};
 pub use camera::Camera;
@@ -30,6 +33,8 @@ pub use texture::{Placement, Texture};
 pub struct Scene {
     /// Name for reports.
     pub name: String,
+    /// Zero of world space in the user's: what files and the command line say is world plus this.
+    pub origin: DVec3,
     /// The view.
     pub camera: Camera,
     /// World-space meshes (transforms are applied at load).

@@ -10,7 +10,7 @@
 //!         /// What the setting means. Default, range and unit are not repeated here.
 //!         rays: u32 = 16, in from(1.0).to(4096.0), unit "rays";
 //!         /// A length has the type `Length`, never a plain number.
-//!         reach: Length = Length::PercentOfDiagonal(5.0), in above(0.0);
+//!         reach: Length = Length::Percent(5.0), in above(0.0);
 //!         /// A setting that follows another until it is set.
 //!         fade: Option<Length> = None, follows "half of lamp.reach";
 //!         /// One of several words: an enum made by `choices!`.

@@ -36,7 +36,7 @@ spp = 64
 on the command line it is `--set path.spp=64`, and `nearfar settings PATTERN` looks it up. Later
 wins: defaults, `--quality`, the scene file, `--set`, an option of its own such as `--spp`. A
 setting that *follows* another does so until it is set. A length is a number in scene units (`0.5`,
-`inf`) or a percentage of the scene's diagonal (`\"2%\"`).
+`inf`) or a percentage of the scene's extent (`\"2%\"`).
 
 This page is made from the source text; write it anew with
 `nearfar settings --markdown > docs/guide/settings.md`.

@@ -5,6 +5,7 @@
 
 mod lights;
 mod surface;
+mod surroundings;
 mod world;
 
 pub use lights::{

@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
+use super::surroundings::surroundings;
 use super::{LightTable, Surface};
 use crate::accel::{Backend, RayQuery, build};
 use crate::error::Result;
@@ -23,8 +26,13 @@ pub struct World {
     pub rays: Box<dyn RayQuery>,
     /// All light sources.
     pub lights: LightTable,
-    /// The scene's diagonal: the scale of every relative length.
+    /// The scene's diagonal: the scale of how far rays leave their surface.
     pub diagonal: f32,
+    /// How large the surroundings of what the camera sees are, at most the diagonal: the scale of
+    /// every relative length.
+    pub extent: f32,
+    /// The midst of them.
+    pub midst: Vec3,
 }
 
 impl World {
@@ -45,7 +53,15 @@ impl World {
         let lights = LightTable::new(scene, &geometry);
         let diagonal = geometry.bounds.diagonal();
         let camera = scene.camera.clone();
-        Ok(Self { camera, geometry, backend, rays, lights, diagonal })
+        let views = std::slice::from_ref(&camera);
+        let (extent, midst) = run.install(|| surroundings(&*rays, &geometry, views));
+        Ok(Self { camera, geometry, backend, rays, lights, diagonal, extent, midst })
+    }
+
+    /// Measures the extent for a film: lengths then follow all of `views` instead of the camera.
+    pub fn follow(&mut self, views: &[Camera], run: &Run) {
+        (self.extent, self.midst) =
+            run.install(|| surroundings(&*self.rays, &self.geometry, views));
     }
 
     /// The surface a ray meets, facing back along it.

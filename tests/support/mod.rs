@@ -56,6 +56,7 @@ pub fn small_room() -> Scene {
     };
     Scene {
         name: "small room".into(),
+        origin: glam::DVec3::ZERO,
         camera: Camera {
             eye: Vec3::new(0.5, 0.5, 0.02),
             target: Vec3::new(0.5, 0.4, 1.0),

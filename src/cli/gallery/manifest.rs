@@ -112,7 +112,7 @@ impl Section<'_> {
         if values.len() < 2 {
             return None;
         }
-        let text = "The near distance, in per cent of the diagonal of the scene: at 0 everything \
+        let text = "The near distance, in per cent of the extent of the scene: at 0 everything \
                     is far.";
         let names: Vec<&str> = pictures.iter().map(String::as_str).chain([TRUTH]).collect();
         let section = self.section(": alpha", text, &names, [names[0], TRUTH]);

@@ -212,7 +212,7 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// Values of alpha along which pictures are made, per cent of the diagonal.
+    /// Values of alpha along which pictures are made, per cent of the extent.
     pub(super) fn alphas(&self) -> &'static [f64] {
         if self.quick { &[0.0, 1.0, 2.0, 4.0, 16.0] } else { &[0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0] }
     }

@@ -62,11 +62,12 @@ pub struct Cache {
 
 impl Cache {
     /// An empty cache for a picture of so many pixels.
-    pub fn new(settings: &CacheSettings, pixels: u32, bounds: &Aabb) -> Self {
+    pub fn new(settings: &CacheSettings, pixels: u32, world: &World) -> Self {
+        let bounds = &world.geometry.bounds;
         Self {
             records: Vec::new(),
             pixel: Vec::new(),
-            rule: Rule::new(settings, pixels, bounds.diagonal()),
+            rule: Rule::new(settings, pixels, world.extent),
             rays: 0,
             measure_seconds: 0.0,
             reach: settings.reach,

@@ -92,7 +92,7 @@ pub fn render(
     settings.validate()?;
     let stage = Stage::new(world, inputs, run)?;
     let samples = &stage.samples;
-    let mut cache = Cache::new(settings, samples.width * samples.height, &world.geometry.bounds);
+    let mut cache = Cache::new(settings, samples.width * samples.height, world);
     for record in earlier.unwrap_or_default() {
         cache.insert(record, None);
     }

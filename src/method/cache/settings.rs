@@ -10,7 +10,7 @@
 //! | `split-sphere` | 2 · error · harmonic mean distance (Ward's a = 2 · error) |
 //!
 //! A is the picture's area at the record's depth (`allocation = "pixel"`) or the scene's squared
-//! diagonal (`area`).
+//! extent (`area`).
 
 use crate::error::{Error, Result};
 use crate::length::Length;
@@ -55,7 +55,7 @@ section! {
         /// Greatest reach of a record.
         max_spacing: f32 = 60.0, in from(0.01).or_inf(), unit "pixels";
         /// Greatest reach of a record.
-        max_radius: Length = Length::PercentOfDiagonal(10.0), in above(0.0);
+        max_radius: Length = Length::Percent(10.0), in above(0.0);
         /// Greatest reach of a record in smallest distances, neighbours clamping one another, at
         /// `error` 0.1 (`hessian`); inf for no limit.
         clearance: f32 = 0.5, in above(0.0).or_inf(), unit "smallest distances";

@@ -49,12 +49,12 @@ pub struct Rule {
     plane: f32,
     leak_guard: bool,
     pixels: f32,
-    diagonal: f32,
+    extent: f32,
 }
 
 impl Rule {
-    /// For a picture of so many pixels in a scene of the given diagonal.
-    pub fn new(settings: &CacheSettings, pixels: u32, diagonal: f32) -> Self {
+    /// For a picture of so many pixels in a world of the given extent.
+    pub fn new(settings: &CacheSettings, pixels: u32, extent: f32) -> Self {
         let relative = settings.error / 0.1;
         let scale = if settings.mode == Mode::Hessian { relative.sqrt() } else { relative };
         Self {
@@ -63,7 +63,7 @@ impl Rule {
             scale,
             min_spacing: settings.min_spacing * scale.min(1.0),
             max_spacing: settings.max_spacing,
-            max_radius: settings.max_radius.resolve(diagonal),
+            max_radius: settings.max_radius.resolve(extent),
             kappa: match settings.mode {
                 Mode::Hessian => settings.clearance * scale,
                 Mode::Production2006 => 0.5 * scale,
@@ -74,7 +74,7 @@ impl Rule {
             plane: settings.plane,
             leak_guard: settings.leak_guard && settings.mode == Mode::Hessian,
             pixels: pixels as f32,
-            diagonal,
+            extent,
         }
     }
 
@@ -186,7 +186,7 @@ impl Rule {
     ) {
         let area = match self.allocation {
             Allocation::Pixel => self.pixels * footprint * footprint,
-            Allocation::Area => self.diagonal * self.diagonal,
+            Allocation::Area => self.extent * self.extent,
         };
         let epsilon = (0.003 * self.scale * self.scale).powi(2);
         let across = record.n.cross(record.axis);

@@ -57,7 +57,7 @@ section! {
     /// Irradiance decomposition: passes 2 (clusters and their far field) and 3 (what is near).
     pub struct DecomposeSettings in "decompose", checked by together {
         /// Near/far distance; 0 makes everything far, inf everything near.
-        alpha: Length = Length::PercentOfDiagonal(2.0), in from(0.0).or_inf();
+        alpha: Length = Length::Percent(2.0), in from(0.0).or_inf();
         /// One alpha, or one a cluster.
         alpha_mode: AlphaMode = AlphaMode::Single;
         /// With `alpha_mode = "adaptive"`: alpha over the harmonic mean distance of what a cluster
@@ -165,12 +165,12 @@ impl DecomposeSettings {
         Ok(())
     }
 
-    /// The lengths in a scene of the given diagonal. Where alpha is 0 or infinite the others fall
-    /// back to multiples of 1/50 of the diagonal.
-    pub fn lengths(&self, diagonal: f32) -> Lengths {
-        let alpha = self.alpha.resolve(diagonal);
-        let base = if alpha > 0.0 && alpha.is_finite() { alpha } else { diagonal / 50.0 };
-        let or = |l: Option<Length>, default: f32| l.map_or(default, |l| l.resolve(diagonal));
+    /// The lengths in a world of the given extent. Where alpha is 0 or infinite the others fall
+    /// back to multiples of 1/50 of the extent.
+    pub fn lengths(&self, extent: f32) -> Lengths {
+        let alpha = self.alpha.resolve(extent);
+        let base = if alpha > 0.0 && alpha.is_finite() { alpha } else { extent / 50.0 };
+        let or = |l: Option<Length>, default: f32| l.map_or(default, |l| l.resolve(extent));
         let cluster_radius = or(self.cluster_radius, 0.25 * base);
         Lengths {
             alpha,

@@ -67,14 +67,14 @@ impl Known {
     }
 }
 
-/// What a file belongs to, in a scene of the given diagonal.
+/// What a file belongs to, in a world of the given extent.
 pub fn key(
     scene: Fingerprint,
     inputs: &Inputs<'_>,
     settings: &DecomposeSettings,
-    diagonal: f32,
+    extent: f32,
 ) -> Key {
-    let lengths = settings.lengths(diagonal);
+    let lengths = settings.lengths(extent);
     Key::new("decomposition", VERSION, scene)
         .with("decompose", settings, &LEFT_OUT)
         .with("proxy", inputs.photon, &[])
