@@ -56,9 +56,22 @@ pub enum Error {
     /// A comparison exceeded its bound (exit code 1).
     #[error("{0}")]
     OverBound(String),
-    /// The user asked to stop; what was done is kept.
-    #[error("interrupted")]
+    /// A file could not be written.
+    #[error("{}: cannot be written: {source}{}", path.display(), saved(rescue.as_deref()))]
+    Write {
+        /// The file in question.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+        /// Where its content is instead.
+        rescue: Option<PathBuf>,
+    },
+    /// The user asked to stop; nothing is kept.
+    #[error("interrupted; nothing of this run is kept")]
     Interrupted,
+    /// The user asked to stop; what is kept is said.
+    #[error("interrupted; {0}")]
+    Stopped(String),
 }
 
 fn at(file: &std::path::Path, line: Option<usize>) -> String {
@@ -66,6 +79,10 @@ fn at(file: &std::path::Path, line: Option<usize>) -> String {
         Some(line) => format!("{}:{line}", file.display()),
         None => file.display().to_string(),
     }
+}
+
+fn saved(rescue: Option<&std::path::Path>) -> String {
+    rescue.map_or_else(String::new, |file| format!("; it is saved as {}", file.display()))
 }
 
 impl Error {
@@ -83,7 +100,8 @@ impl Error {
         Self::Setting { key: key.into(), message: message.into() }
     }
 
-    /// Process exit code: 1 over bound, 2 usage or input, 3 render failed, 130 interrupted.
+    /// Process exit code: 1 over bound, 2 usage or input, 3 the render failed or could not be
+    /// written, 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::OverBound(_) => 1,
@@ -92,8 +110,8 @@ impl Error {
             | Self::Usage(_)
             | Self::Image { .. }
             | Self::Io { .. } => 2,
-            Self::Accel(_) | Self::Render(_) => 3,
-            Self::Interrupted => 130,
+            Self::Accel(_) | Self::Render(_) | Self::Write { .. } => 3,
+            Self::Interrupted | Self::Stopped(_) => 130,
         }
     }
 }

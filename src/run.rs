@@ -73,6 +73,34 @@ impl RayCounts {
     }
 }
 
+/// Why a progressive render ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ended {
+    /// All samples that were asked for are taken.
+    Samples,
+    /// The error is as small as was asked for.
+    TargetError,
+    /// The deadline came before.
+    TimeLimit,
+    /// The user asked to stop.
+    Interrupted,
+    /// Its caller wanted to have what is done so far.
+    Paused,
+}
+
+impl Ended {
+    /// Whether more was asked for; where nothing else limits a render (`limited`), the time limit
+    /// is what was asked for.
+    pub fn is_short(self, limited: bool) -> bool {
+        match self {
+            Self::Samples | Self::TargetError => false,
+            Self::TimeLimit => limited,
+            Self::Interrupted | Self::Paused => true,
+        }
+    }
+}
+
 /// Most threads of a run.
 pub const MAX_THREADS: usize = 1024;
 
@@ -145,6 +173,12 @@ impl Run {
     /// The flag behind [`Run::cancelled`].
     pub fn cancel_flag(&self) -> &AtomicBool {
         &self.cancel
+    }
+
+    /// Why a progressive render is to end now, if it is.
+    pub fn stops(&self) -> Option<Ended> {
+        let late = || self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        if self.cancelled() { Some(Ended::Interrupted) } else { late().then_some(Ended::TimeLimit) }
     }
 
     /// # Errors

@@ -4,9 +4,9 @@
 use nearfar::accel::Backend;
 use nearfar::compare::{Truth, errors};
 use nearfar::film::Film;
-use nearfar::method::converge::{Certificate, ConvergeSettings, Weight, render};
+use nearfar::method::converge::{Certificate, ConvergeSettings, Halves, Weight, render};
 use nearfar::method::locations::Locations;
-use nearfar::method::path::{PathSettings, reference};
+use nearfar::method::path::{PathSettings, Progress, reference};
 use nearfar::method::{MethodStatistics, Rendered};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
@@ -28,7 +28,8 @@ fn room(width: u32, height: u32) -> Scene {
 }
 
 fn trace(world: &World, seed: u64, spp: u32, earlier: Option<&Film>, run: &Run) -> Film {
-    reference(world, &PathSettings { spp, ..PathSettings::default() }, seed, run, earlier, true)
+    let progress = Progress { earlier, keep_state: true, pause: None };
+    reference(world, &PathSettings { spp, ..PathSettings::default() }, seed, run, progress)
         .unwrap()
         .film
 }
@@ -53,9 +54,11 @@ fn converge(
     let start = model_of(model.clone());
     let (found, figures) = render(
         start,
+        &mut Halves::default(),
         settings,
-        &mut |half, earlier, spp| {
-            Ok(trace(world, 1000 + 2 * seed + half as u64, spp, earlier, &run))
+        &mut |half, halves, spp| {
+            let seed = 1000 + 2 * seed + half as u64;
+            Ok(trace(world, seed, spp, halves[half].as_ref(), &run))
         },
         &run,
     )
@@ -161,7 +164,8 @@ fn a_cancelled_run_is_the_model() {
     let film = trace(&world, 1, 4, None, &run);
     run.cancel_flag().store(true, std::sync::atomic::Ordering::SeqCst);
     let start = model_of(film.clone());
+    let (mut halves, settings) = (Halves::default(), ConvergeSettings::default());
     let (kept, _) =
-        render(start, &ConvergeSettings::default(), &mut |_, _, _| unreachable!(), &run).unwrap();
+        render(start, &mut halves, &settings, &mut |_, _, _| unreachable!(), &run).unwrap();
     assert_eq!(kept.film.rgb(""), film.rgb(""));
 }

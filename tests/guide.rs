@@ -230,8 +230,8 @@ pages! {
     surfaces: "docs/guide/surfaces.md", 3;
     lights: "docs/guide/lights.md", 4;
     quality: "docs/guide/quality.md", 9;
-    films: "docs/guide/films.md", 3;
-    ground_truth: "docs/guide/ground-truth.md", 7;
+    films: "docs/guide/films.md", 4;
+    ground_truth: "docs/guide/ground-truth.md", 8;
     comparing: "docs/guide/comparing.md", 11;
     methods: "docs/guide/methods.md", 12;
     point_clouds: "docs/guide/point-clouds.md", 11;

@@ -26,6 +26,7 @@ mod info;
 mod install;
 mod invariance;
 mod near_far;
+mod nothing_lost;
 mod path;
 mod pixel_filter;
 mod places;

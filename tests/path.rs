@@ -4,13 +4,13 @@ use glam::Vec3;
 use nearfar::accel::Backend;
 use nearfar::film::{Film, Precision, read_exr, write_exr};
 use nearfar::method::MethodStatistics;
-use nearfar::method::path::{PathSettings, PathStatistics, reference, render};
+use nearfar::method::path::{PathSettings, PathStatistics, Progress, reference, render};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 use nearfar::scene::{Camera, Light, Material, Mesh, Scene};
 use nearfar::shading::World;
 
-use crate::support::{cuboid, grey, quad, small_room, world};
+use crate::support::{backends, cuboid, grey, quad, small_room, world};
 
 fn trace(scene: &Scene, settings: &PathSettings) -> Film {
     render(&world(scene, Backend::Bvh), settings, 5, &Run::new(2).unwrap()).unwrap().film
@@ -230,10 +230,12 @@ fn resumed_equals_uninterrupted() {
     let scene = small_room();
     let run = Run::new(2).unwrap();
     let world = World::new(&scene, Backend::Bvh, &run).unwrap();
+    fn from(earlier: Option<&Film>) -> Progress<'_> {
+        Progress { earlier, keep_state: true, pause: None }
+    }
     let to = |spp, earlier: Option<&Film>| {
-        reference(&world, &PathSettings { spp, ..PathSettings::default() }, 3, &run, earlier, true)
-            .unwrap()
-            .film
+        let settings = PathSettings { spp, ..PathSettings::default() };
+        reference(&world, &settings, 3, &run, from(earlier)).unwrap().film
     };
     let whole = to(23, None);
     let path = std::env::temp_dir().join(format!("nearfar-resume-{}.exr", std::process::id()));
@@ -244,22 +246,39 @@ fn resumed_equals_uninterrupted() {
     assert!(bits(&to(23, Some(&second))) == bits(&whole));
     std::fs::remove_file(&path).unwrap();
 
+    for wrong in [f32::NAN, -5.0, 1e30, 2.5] {
+        let mut film = first.clone();
+        film.channels.get_mut("samples").unwrap()[7] = wrong;
+        let refused = reference(&world, &PathSettings::default(), 3, &run, from(Some(&film)));
+        assert!(refused.unwrap_err().to_string().contains("is damaged"), "{wrong}");
+    }
+    for (sum, wrong) in [("hits", 99.0), ("half0.R", f32::NAN), ("P.X", f32::INFINITY)] {
+        let mut film = first.clone();
+        film.channels.get_mut(&format!("state.{sum}.high")).unwrap()[7] = wrong;
+        let refused = reference(&world, &PathSettings::default(), 3, &run, from(Some(&film)));
+        assert!(refused.unwrap_err().to_string().contains("no samples make"), "{sum}");
+    }
+    let embree = backends().into_iter().find(|&b| b != Backend::Bvh);
+    if let Some(backend) = embree {
+        let other = World::new(&scene, backend, &run).unwrap();
+        let refused = reference(&other, &PathSettings::default(), 3, &run, from(Some(&first)));
+        assert!(refused.unwrap_err().to_string().contains("another ray backend"));
+    }
     let other = reference(
         &world,
         &PathSettings { spp: 9, ..PathSettings::default() },
         4,
         &run,
-        Some(&first),
-        true,
+        from(Some(&first)),
     );
-    assert!(other.unwrap_err().to_string().contains("another scene, camera, seed"));
+    assert!(other.unwrap_err().to_string().contains("another seed"));
     let mut moved = small_room();
     moved.meshes[1].positions[0].x += 0.01;
     let moved = World::new(&moved, Backend::Bvh, &run).unwrap();
-    assert!(reference(&moved, &PathSettings::default(), 3, &run, Some(&first), true).is_err());
+    assert!(reference(&moved, &PathSettings::default(), 3, &run, from(Some(&first))).is_err());
     let plain =
         render(&world, &PathSettings { spp: 2, ..PathSettings::default() }, 3, &run).unwrap().film;
-    let error = reference(&world, &PathSettings::default(), 3, &run, Some(&plain), true)
+    let error = reference(&world, &PathSettings::default(), 3, &run, from(Some(&plain)))
         .unwrap_err()
         .to_string();
     assert!(error.contains("without its running sums"), "{error}");
@@ -314,7 +333,7 @@ fn target_error_stops_and_is_met() {
         &run,
     )
     .unwrap();
-    let MethodStatistics::Path(PathStatistics { spp, noise_relmse }) = done.statistics else {
+    let MethodStatistics::Path(PathStatistics { spp, noise_relmse, .. }) = done.statistics else {
         panic!("{:?}", done.statistics)
     };
     assert!(noise_relmse < 0.01);

@@ -83,10 +83,10 @@ fn only_some_methods_keep_their_work() {
     let folder = temporary("door-kept");
     for method in Method::ALL {
         let file = folder.join(format!("{}.ply", method.name()));
-        let kept = Kept { load: None, save: Some(file.clone()) };
+        let kept = Kept { save: Some(file.clone()), ..Kept::default() };
         match renderer.render_keeping(method, &kept) {
             Ok(first) => {
-                let kept = Kept { load: Some(file), save: None };
+                let kept = Kept { load: Some(file), ..Kept::default() };
                 let again = renderer.render_keeping(method, &kept).unwrap();
                 assert_eq!(first.film.rgb(""), again.film.rgb(""), "{}", method.name());
             }

@@ -274,10 +274,14 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
     damaged.sampled.sh[3].0[0].x = f32::NAN;
     save(&file, &own, &damaged, &s.inputs(&w), &s.decompose).unwrap();
     refused(&own, "cluster 3 is damaged");
-    // The parts of places are the last element: 15 floats and 13 bytes each. A colour is damaged.
-    let at = good.len() - (known.proxy.len() - 2) * 73 + 9 * 4;
-    let bytes = [&good[..at], &(-1.0f32).to_le_bytes(), &good[at + 4..]].concat();
-    std::fs::write(&file, bytes).unwrap();
+    // The parts of places come before the checksum: 15 floats and 13 bytes each.
+    let end = good.len() - 4;
+    let at = end - (known.proxy.len() - 2) * 73 + 9 * 4;
+    let bytes = [&good[..at], &(-1.0f32).to_le_bytes(), &good[at + 4..end]].concat();
+    std::fs::write(&file, [&bytes[..], &good[end..]].concat()).unwrap();
+    refused(&own, "not what its checksum says");
+    let checksum = crc32fast::hash(&bytes).to_le_bytes();
+    std::fs::write(&file, [&bytes[..], &checksum].concat()).unwrap();
     refused(&own, "place_part 2 is damaged");
 }
 
@@ -353,7 +357,7 @@ fn fly_as_a_user_types_it() {
         "decompose.rays=64",
     ];
     let fly = |arguments: &[&str]| {
-        nearfar(&[&["fly", SCENE, "-o", &film], &common[..], arguments].concat())
+        nearfar(&[&["fly", SCENE, "-o", &film, "--replace"], &common[..], arguments].concat())
     };
     let (code, out, err) = fly(&["--path", &path, "--frames", "3", "--png", "--stats", &stats]);
     assert_eq!(code, 0, "{err}");

@@ -111,6 +111,7 @@ fn a_film_keeps_the_near_noise_that_is_set() {
         let film = folder.at("film");
         let common = [
             "fly",
+            "--replace",
             &scene,
             "-o",
             &film,

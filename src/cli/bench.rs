@@ -6,9 +6,9 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 
+use super::budget;
 use super::methods::{self, MethodsOptions};
 use super::options::SceneOptions;
-use super::{budget, check_writable};
 use crate::atomic_file;
 use crate::bench::backends::{BackendBenchSettings, bench_backends};
 use crate::error::{Error, Result};
@@ -102,7 +102,7 @@ pub(super) fn bench(args: &BenchArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         ));
     }
     if let Some(path) = args.json.as_deref().filter(|p| *p != Path::new("-")) {
-        check_writable(path)?;
+        atomic_file::check(path)?;
     }
     if args.methods {
         let report = methods::run(

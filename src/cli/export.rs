@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::options::SceneOptions;
 use super::tell;
+use crate::atomic_file;
 use crate::error::Result;
 use crate::export;
 use crate::load::Loaded;
@@ -23,6 +24,9 @@ pub(super) struct ExportArgs {
 /// # Errors
 /// Whatever is wrong with the scene, or files that cannot be written.
 pub(super) fn write(args: &ExportArgs) -> Result<()> {
+    if args.output.exists() {
+        atomic_file::check(&args.output.join("scene.xml"))?;
+    }
     let Loaded { scene, notes, warnings, .. } = args.scene.load()?;
     tell(args.scene.quiet, &notes, &warnings);
     if let Some(last) = export::export(&scene, &args.output)?.last() {

@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use clap::Args;
 use glam::DVec3;
@@ -13,15 +14,17 @@ use toml::Value;
 
 use super::options::{Job, SceneOptions};
 use super::picture::ImageOptions;
-use super::{check_writable, write_json};
+use super::shelf::Shelf;
+use super::{parse_seconds, stop, write_json};
 use crate::accel::Backend;
+use crate::atomic_file;
 use crate::compare::flicker::{Flicker, Frame};
 use crate::error::{Error, Result};
 use crate::load::load_camera_path;
 use crate::method::Method;
 use crate::method::decompose::NearNoise;
 use crate::process;
-use crate::render::{Flight, Kept, Reuse, RunStatistics};
+use crate::render::{Checkpoint, Flight, Kept, Reuse, RunStatistics, film_mark};
 use crate::scene::{Camera, CameraPath, Scene};
 
 /// Options of `nearfar fly`.
@@ -67,9 +70,22 @@ pub(super) struct FlyArgs {
     /// Write statistics as JSON.
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
+    /// Go on at the frame where the same command was stopped; from the first where nothing is kept.
+    #[arg(long)]
+    resume: bool,
+    /// Keep what frames share, as film.partial.ply in the folder, whenever this time has passed:
+    /// seconds, or 90s, 1.5m, 2h.
+    #[arg(long, value_name = "TIME", default_value = "60", value_parser = parse_seconds)]
+    checkpoint: f64,
+    /// Make frames of another film in the folder again, and remove those beyond the last.
+    #[arg(long)]
+    replace: bool,
     #[command(flatten)]
     image: ImageOptions,
 }
+
+/// What frames share, while a film is made.
+const STATE: &str = "film.partial.ply";
 
 fn parse_point(text: &str) -> std::result::Result<DVec3, String> {
     let numbers: Vec<f64> = text
@@ -110,6 +126,8 @@ fn views(args: &FlyArgs, scene: &Scene) -> Result<Vec<Camera>> {
 #[derive(Debug, Serialize)]
 struct FrameFigures {
     file: String,
+    /// By an earlier run, of which no other figures are known.
+    made_before: bool,
     cpu_seconds: f64,
     clusters: usize,
     clusters_added: usize,
@@ -148,7 +166,13 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     [&args.stats, &args.save_cache]
         .into_iter()
         .flatten()
-        .try_for_each(|path| check_writable(path))?;
+        .try_for_each(|path| atomic_file::check(path))?;
+    if args.output.is_dir() {
+        atomic_file::check(&args.output.join(STATE))?;
+    } else {
+        // What a folder can be made of, a file can.
+        atomic_file::check(&args.output)?;
+    }
     let mut job = args.scene.prepare(&settings, None, cancel)?;
     // Noise that stays on the surfaces, unless another is asked for.
     if args.reuse != Reuse::None {
@@ -156,32 +180,65 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     }
     let job = job;
     let views = views(args, &job.scene)?;
-    let start = process::cpu_seconds();
-    let kept = Kept { load: args.load_cache.clone(), save: args.save_cache.clone() };
-    let mut flight =
-        Flight::new(&job.scene, &job.config, views.clone(), args.reuse, &kept, &job.run)?;
+    let mark = film_mark(&job.scene, &job.config, &views, args.reuse, args.load_cache.as_deref())?;
     std::fs::create_dir_all(&args.output)
         .map_err(|source| Error::Io { path: args.output.clone(), source })?;
+    let shelf = Shelf::new(&args.output, &mark, &args.image, args.replace);
+    let state = args.output.join(STATE);
+    shelf.check()?;
+    let start = process::cpu_seconds();
+    let every = Duration::try_from_secs_f64(args.checkpoint).unwrap_or(Duration::MAX);
+    let shares = args.reuse != Reuse::None;
+    let kept = Kept {
+        load: args.load_cache.clone(),
+        save: args.save_cache.clone(),
+        resume: (args.resume && shares && state.exists()).then(|| state.clone()),
+        checkpoint: Some(Checkpoint { file: state.clone(), every }),
+    };
+    let mut flight =
+        Flight::new(&job.scene, &job.config, views.clone(), args.reuse, &kept, &job.run)?;
+    let done = match (args.resume, shares) {
+        (true, false) => shelf.done(views.len()),
+        _ => flight.done(),
+    };
+    let keep = |flight: &mut Flight<'_>, done: usize| {
+        if let Err(error) = flight.keep(done) {
+            job.run.warn(format!("what frames share is not kept: {error}"));
+        }
+    };
+    keep(&mut flight, done);
     let mut before = process::cpu_seconds();
     let shared = before - start;
     let (mut figures, mut changes): (Vec<FrameFigures>, Vec<f32>) = (Vec::new(), Vec::new());
     let mut last: Option<Frame> = None;
     let tell = job.verbose || (!job.quiet && std::io::stderr().is_terminal());
+    stop::keeps();
     for (i, view) in views.iter().enumerate() {
-        let mut made = flight.frame(i)?;
-        let frame = Frame::new(&made.film, view);
+        let file = shelf.frame(i);
+        let (mut film, [clusters, clusters_added, sides_added]) = if i < done {
+            let mut film = shelf.read(i)?;
+            film.move_positions(-job.scene.origin);
+            (film, [0; 3])
+        } else {
+            let made = flight.frame(i).map_err(|error| stopped(error, i, args))?;
+            (made.film, [made.clusters, made.clusters_added, made.sides_added])
+        };
+        let frame = Frame::new(&film, view);
         let change = last.as_ref().zip(frame.as_ref()).map(|(a, b)| a.changes(b));
         let change = change.unwrap_or_default();
         last = frame;
-        let file = args.output.join(format!("frame_{:04}.exr", i + 1));
-        args.image.write(&mut made.film, &file, &job)?;
+        if i >= done {
+            shelf.write(&mut film, i, &job)?;
+            keep(&mut flight, i + 1);
+        }
         let seconds = process::cpu_seconds();
         figures.push(FrameFigures {
             file: file.display().to_string(),
+            made_before: i < done,
             cpu_seconds: seconds - before,
-            clusters: made.clusters,
-            clusters_added: made.clusters_added,
-            sides_added: made.sides_added,
+            clusters,
+            clusters_added,
+            sides_added,
             flicker: Flicker::new(change.clone()),
         });
         before = seconds;
@@ -189,11 +246,27 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         if tell {
             eprintln!("{}/{} {}", i + 1, views.len(), file.display());
         }
+        if job.run.cancelled() && i + 1 < views.len() {
+            return Err(stopped(Error::Interrupted, i + 1, args));
+        }
     }
+    shelf.remove_beyond(views.len())?;
+    drop(std::fs::remove_file(&state));
     if let Some(path) = &args.save_cache {
         flight.save(path)?;
     }
     finish(args, &job, figures, Flicker::new(changes), shared)
+}
+
+/// What is said of a film that was stopped after so many frames.
+fn stopped(error: Error, done: usize, args: &FlyArgs) -> Error {
+    match error {
+        Error::Interrupted if done > 0 => Error::Stopped(format!(
+            "{done} of {} frames are done; the same command with --resume goes on from there",
+            args.frames
+        )),
+        other => other,
+    }
 }
 
 fn finish(
@@ -204,10 +277,11 @@ fn finish(
     shared: f64,
 ) -> Result<()> {
     let (config, camera) = (&job.config, &job.scene.camera);
-    let others = frames.iter().skip(1).map(|f| f.cpu_seconds);
-    let after_first = others.sum::<f64>() / (frames.len() - 1).max(1) as f64;
+    let made = || frames.iter().filter(|f| !f.made_before);
+    let others = made().skip(1).map(|f| f.cpu_seconds);
+    let after_first = others.sum::<f64>() / made().skip(1).count().max(1) as f64;
     if !job.quiet {
-        let first = frames.first().map_or(0.0, |f| f.cpu_seconds);
+        let first = made().next().map_or(0.0, |f| f.cpu_seconds);
         println!("frames                       {}", frames.len());
         println!("CPU seconds before them      {shared:.2}");
         println!("CPU seconds of the first     {first:.2}");
@@ -236,7 +310,7 @@ fn finish(
         };
         write_json(path, &figures)?;
     }
-    if job.run.cancelled() { Err(Error::Interrupted) } else { Ok(()) }
+    Ok(())
 }
 
 #[cfg(test)]

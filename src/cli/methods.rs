@@ -9,9 +9,9 @@ use clap::Args;
 use std::io::IsTerminal;
 use toml::{Table, Value};
 
-use super::check_writable;
 use super::measure::{Configuration, Measured, Workshop};
 use super::options::{Job, SceneOptions};
+use super::stop;
 use crate::atomic_file;
 use crate::bench::chart::chart;
 use crate::bench::methods::{Against, ForeignPoint, MethodsReport, Row, verdict};
@@ -352,7 +352,7 @@ pub(super) fn run(
         ));
     }
     if let Some(path) = &options.chart {
-        check_writable(path)?;
+        atomic_file::check(path)?;
     }
     let job = scene.prepare(&[], None, cancel)?;
     let entries = entries(options, &job.given)?;
@@ -376,7 +376,15 @@ pub(super) fn run(
         Configuration::new(format!("gather-reference-{rays}"), Method::Gather, &job.given, &changes)
     };
     let gather = options.gather_reference.map(exact_gather).transpose()?;
-    measure(&workshop, &entries, gather.as_ref(), rounds, scene, &job)?;
+    stop::keeps();
+    let measured = measure(&workshop, &entries, gather.as_ref(), rounds, scene, &job);
+    measured.map_err(|error| match error {
+        Error::Interrupted => Error::Stopped(format!(
+            "renders that are done are kept in {}: the same command goes on from there",
+            folder.display()
+        )),
+        other => other,
+    })?;
     let gather = gather.map(|g| Truth::read(&workshop.image(&g))).transpose()?;
     let mut rows = Vec::new();
     for entry in &entries {

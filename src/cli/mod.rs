@@ -1,8 +1,8 @@
 //! The command line: parsing, progress, exit codes. The only room that prints.
 //!
 //! Data goes to stdout; progress, notes, warnings and errors to stderr. Exit codes: 0 done, 1 a
-//! comparison over its bound, 2 usage or input error, 3 render failed, 130 interrupted (what was
-//! done is kept).
+//! comparison over its bound, 2 usage or input error, 3 the render failed or could not be written,
+//! 130 interrupted (the message says what is kept).
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,
@@ -18,6 +18,7 @@ mod export;
 mod fly;
 mod gallery;
 mod info;
+mod keep;
 mod measure;
 mod methods;
 mod options;
@@ -26,14 +27,15 @@ mod progress;
 mod render;
 mod report;
 mod settings;
+mod shelf;
 mod show;
+mod stop;
 
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 
+use crate::atomic_file;
 use crate::error::{Error, Result};
 
 /// Offline renderer for diffuse global illumination by near/far irradiance decomposition.
@@ -95,18 +97,19 @@ fn renamed(old: &str, new: &str) -> Error {
 }
 
 /// A reader that has seen enough (`nearfar compare … | head`) ends the program, as it does for
-/// others, without a word.
+/// others, without a word; any other reason why standard output cannot be written is told.
 fn end_with_the_reader() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        if panic
-            .payload()
-            .downcast_ref::<String>()
-            .is_some_and(|m| m.starts_with("failed printing to stdout"))
-        {
-            std::process::exit(141);
+        let message = panic.payload().downcast_ref::<String>();
+        match message.and_then(|m| m.strip_prefix("failed printing to stdout: ")) {
+            Some(reason) if reason.contains("Broken pipe") => std::process::exit(141),
+            Some(reason) => {
+                eprintln!("error: standard output: cannot be written: {reason}");
+                std::process::exit(3);
+            }
+            None => usual(panic),
         }
-        usual(panic);
     }));
 }
 
@@ -120,17 +123,7 @@ pub fn run() -> ExitCode {
             return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
         }
     };
-    let cancel = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&cancel);
-    let handler = ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::SeqCst) {
-            std::process::exit(130);
-        }
-        eprintln!("stopping; what is done will be kept (press Ctrl-C again to quit at once)");
-    });
-    if let Err(error) = handler {
-        eprintln!("warning: Ctrl-C will end the program at once: {error}");
-    }
+    let cancel = stop::listen();
     let done: Result<()> = match cli.command {
         Command::Render(args) => render::render(&args, &cancel),
         Command::Fly(args) => fly::fly(&args, &cancel),
@@ -207,27 +200,16 @@ fn parse_finite(text: &str) -> std::result::Result<f32, String> {
 /// Refuses a picture that would be a PNG by another name.
 fn check_png(path: &std::path::Path) -> Result<()> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-        return check_writable(path);
+        return atomic_file::check(path);
     }
     Err(Error::Usage(format!("{}: the picture is a PNG, name it .png", path.display())))
-}
-
-/// Refuses a file that cannot be written before hours are spent on its content.
-fn check_writable(path: &std::path::Path) -> Result<()> {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => Err(Error::Image {
-            path: path.into(),
-            message: format!("folder {} does not exist: create it first", folder.display()),
-        }),
-        _ => Ok(()),
-    }
 }
 
 /// Writes a value as indented JSON.
 fn write_json(path: &std::path::Path, value: &impl serde::Serialize) -> Result<()> {
     let text = serde_json::to_string_pretty(value)
         .map_err(|e| Error::Render(format!("{}: {e}", path.display())))?;
-    crate::atomic_file::write_bytes(path, text + "\n")
+    atomic_file::write_bytes(path, text + "\n")
 }
 
 #[cfg(test)]

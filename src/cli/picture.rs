@@ -6,7 +6,8 @@ use clap::Args;
 use serde::Serialize;
 
 use super::options::Job;
-use super::{check_writable, parse_finite, parse_seconds, write_json};
+use super::{parse_finite, parse_seconds, write_json};
+use crate::atomic_file;
 use crate::error::{Error, Result};
 use crate::film::{self, Film, Layer, Precision, layer_of};
 use crate::method::Method;
@@ -110,7 +111,7 @@ impl ImageOptions {
         film.header.insert("nearfar.scene".into(), job.path.display().to_string());
         let _phase = job.run.phase("write", 1);
         let precision = if self.half { Precision::Half } else { Precision::Full };
-        film::write_exr(film, path, precision)?;
+        atomic_file::rescued(path, |path| film::write_exr(film, path, precision))?;
         if self.png {
             film::write_png(film, &path.with_extension("png"), self.exposure)?;
         }
@@ -131,8 +132,11 @@ impl OutputOptions {
             )));
         }
         self.image.check()?;
-        check_writable(&self.output)?;
-        self.stats.as_deref().map_or(Ok(()), check_writable)
+        atomic_file::check(&self.output)?;
+        if self.image.png {
+            atomic_file::check(&self.output.with_extension("png"))?;
+        }
+        self.stats.as_deref().map_or(Ok(()), atomic_file::check)
     }
 
     /// Refuses files that would overwrite each other or the scene: the image, its PNG, the
@@ -159,7 +163,7 @@ impl OutputOptions {
     /// Writes statistics and says how long everything took.
     ///
     /// # Errors
-    /// When the system refuses; [`Error::Interrupted`] for a render that was stopped and kept.
+    /// When the system refuses.
     pub(super) fn finish(&self, statistics: &impl Serialize, job: &Job) -> Result<()> {
         if let Some(path) = &self.stats {
             write_json(path, statistics)?;
@@ -170,6 +174,6 @@ impl OutputOptions {
             let (total, cpu) = (job.run.started.elapsed().as_secs_f64(), process::cpu_seconds());
             eprintln!("{:>12} {total:8.2} s, {cpu:.2} s of CPU", "total");
         }
-        if job.run.cancelled() { Err(Error::Interrupted) } else { Ok(()) }
+        Ok(())
     }
 }

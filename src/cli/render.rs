@@ -7,16 +7,21 @@ use std::sync::atomic::AtomicBool;
 use clap::Args;
 use toml::Value;
 
+use super::check_png;
+use super::keep::KeepOptions;
 use super::options::{Job, SceneOptions, value_name};
 use super::picture::OutputOptions;
 use super::show::mark;
-use super::{check_png, check_writable};
+use super::{keep, stop};
+use crate::atomic_file;
 use crate::config::parse_value;
 use crate::denoise::Denoise;
 use crate::error::{Error, Result};
-use crate::film;
+use crate::film::{self, Film};
+use crate::method::locations::Locations;
 use crate::method::{Method, photon_map};
-use crate::render::{Kept, Rendered, Renderer};
+use crate::render::{Kept, Rendered, Renderer, Statistics};
+use crate::sampling::ENDLESS;
 
 /// Options of `nearfar render`.
 #[derive(Debug, Args)]
@@ -25,6 +30,8 @@ pub(super) struct RenderArgs {
     scene: SceneOptions,
     #[command(flatten)]
     output: OutputOptions,
+    #[command(flatten)]
+    keep: KeepOptions,
     /// How light is computed.
     #[arg(long, default_value_t, value_enum)]
     method: Method,
@@ -71,22 +78,17 @@ pub(super) struct ReferenceArgs {
     /// Stop once the estimated relMSE of the image's own noise is below this.
     #[arg(long, value_name = "RELMSE")]
     target_error: Option<f64>,
-    /// Go on from an earlier file as if it had never stopped.
-    #[arg(long, value_name = "FILE.exr")]
-    resume: Option<PathBuf>,
+    #[command(flatten)]
+    keep: KeepOptions,
     /// Leave out the running sums: a smaller file that cannot be resumed.
     #[arg(long)]
     no_state: bool,
 }
 
-/// Samples that no run reaches and that the sampler can still count: a limit on time or error
-/// alone decides.
-const ENDLESS_SPP: i64 = 1 << 30;
-
 /// The number of samples that the options ask for; none where the settings decide.
 fn samples(output: &OutputOptions, target_error: Option<f64>) -> Option<Value> {
     let limited = output.time_limit.is_some() || target_error.is_some();
-    output.spp.map(i64::from).or(limited.then_some(ENDLESS_SPP)).map(Value::Integer)
+    output.spp.map(i64::from).or(limited.then_some(ENDLESS.into())).map(Value::Integer)
 }
 
 impl RenderArgs {
@@ -112,6 +114,10 @@ impl RenderArgs {
         found
     }
 
+    fn is_progressive(&self) -> bool {
+        self.converge || self.method == Method::Path
+    }
+
     /// Options that only some methods understand, and files that cannot be written.
     fn check(&self) -> Result<()> {
         let refuse = |option: &str, methods: &str| {
@@ -134,12 +140,17 @@ impl RenderArgs {
                           (nearfar reference converges by itself)";
             return refuse("--converge", others);
         }
+        if let Some(option) = self.keep.given().filter(|_| !self.is_progressive()) {
+            let progressive = "--method path, --converge or nearfar reference: they alone have \
+                               something to go on from before they are done";
+            return refuse(option, progressive);
+        }
         if self.photons.is_some() && self.method != Method::PhotonMap {
             return refuse("--photons", "--method photon-map");
         }
         let written = [&self.save_cache, &self.locations, &self.locations_png, &self.photons];
         let written: Vec<&PathBuf> = written.into_iter().flatten().collect();
-        written.iter().try_for_each(|path| check_writable(path))?;
+        written.iter().try_for_each(|path| atomic_file::check(path))?;
         self.locations_png.as_deref().map_or(Ok(()), check_png)?;
         self.output.check_distinct(&self.scene.scene, &written)
     }
@@ -150,22 +161,41 @@ impl RenderArgs {
 pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     args.output.check()?;
     args.check()?;
+    let mut kept = if args.is_progressive() {
+        args.keep.begin(&args.output, args.scene.quiet)?
+    } else {
+        Kept::default()
+    };
+    (kept.load, kept.save) = (args.load_cache.clone(), args.save_cache.clone());
     let job = args.scene.prepare(&args.settings(), args.output.time_limit, cancel)?;
+    if args.output.time_limit.is_some() && !args.is_progressive() {
+        let method = args.method.name();
+        job.run.warn(format!("--time-limit: method {method} cannot be stopped before it is done"));
+    }
     let renderer = Renderer::new(&job.scene, &job.config, &job.run)?;
-    let kept = Kept { load: args.load_cache.clone(), save: args.save_cache.clone() };
+    if args.is_progressive() {
+        stop::keeps();
+    }
     let rendered = renderer.render_keeping(args.method, &kept)?;
+    if job.run.cancelled() {
+        return Err(args.keep.stopped(&args.output, &job, rendered));
+    }
     if let Some(converge) = &rendered.statistics.of_picture.converge
         && !job.quiet
     {
         eprintln!("note: {converge}");
     }
-    write_samples(args, &rendered)?;
+    // The picture first: nothing that cannot be written keeps it from its file.
+    let marks = rendered.film.channels.get("location").cloned();
+    let Rendered { mut film, mut statistics, locations } = rendered;
+    args.output.image.write(&mut film, &args.output.output, &job)?;
+    write_samples(args, &film, marks.as_deref(), &locations)?;
     if let Some(path) = &args.photons {
         let world = renderer.world();
         let inputs = job.config.inputs(world.extent).proxy();
         photon_map::write_photons(world, inputs, path, &job.run)?;
     }
-    finish(&args.output, &job, rendered)
+    finish(&args.output, &job, &mut statistics)
 }
 
 /// # Errors
@@ -178,35 +208,44 @@ pub(super) fn reference(args: &ReferenceArgs, cancel: &Arc<AtomicBool>) -> Resul
     if let Some(error) = args.target_error {
         settings.push(("path.target_error", Value::Float(error)));
     }
-    let earlier = args.resume.as_deref().map(film::read_exr).transpose()?;
+    let kept = args.keep.begin(&args.output, args.scene.quiet)?;
     let job = args.scene.prepare(&settings, args.output.time_limit, cancel)?;
     let renderer = Renderer::new(&job.scene, &job.config, &job.run)?;
-    let rendered = renderer.reference(earlier.as_ref(), !args.no_state)?;
-    finish(&args.output, &job, rendered)
+    stop::keeps();
+    let rendered = renderer.reference(&kept, !args.no_state)?;
+    if job.run.cancelled() {
+        return Err(args.keep.stopped(&args.output, &job, rendered));
+    }
+    let Rendered { mut film, mut statistics, .. } = rendered;
+    args.output.image.write(&mut film, &args.output.output, &job)?;
+    finish(&args.output, &job, &mut statistics)
 }
 
-/// Writes image and statistics.
-fn finish(output: &OutputOptions, job: &Job, rendered: Rendered) -> Result<()> {
-    let Rendered { mut film, mut statistics, .. } = rendered;
-    output.image.write(&mut film, &output.output, job)?;
+/// Writes statistics; what was kept of the picture while it was made goes.
+fn finish(output: &OutputOptions, job: &Job, statistics: &mut Statistics) -> Result<()> {
     statistics.refresh(&job.run);
-    output.finish(&statistics, job)
+    output.finish(statistics, job)?;
+    keep::forget(output);
+    Ok(())
 }
 
 /// Stops by which the picture under the dots is darkened.
 const BACKDROP_STOPS: f32 = -2.0;
 
-fn write_samples(args: &RenderArgs, rendered: &Rendered) -> Result<()> {
+fn write_samples(
+    args: &RenderArgs,
+    film: &Film,
+    marks: Option<&[f32]>,
+    locations: &Locations,
+) -> Result<()> {
     if let Some(path) = &args.locations {
-        rendered.locations.write_ply(path)?;
+        locations.write_ply(path)?;
     }
-    if let (Some(path), Some(marks)) = (&args.locations_png, rendered.film.channels.get("location"))
-    {
+    if let (Some(path), Some(marks)) = (&args.locations_png, marks) {
         let exposure = args.output.image.exposure + BACKDROP_STOPS;
-        let mut pixels = rendered.film.rgb("").unwrap_or_default();
+        let mut pixels = film.rgb("").unwrap_or_default();
         mark(&mut pixels, marks, exposure);
-        let (width, height) = (rendered.film.width, rendered.film.height);
-        film::write_png_rgb(&pixels, width, height, path, exposure)?;
+        film::write_png_rgb(&pixels, film.width, film.height, path, exposure)?;
     }
     Ok(())
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use clap::Args;
 
 use super::options::with_bar;
-use super::{check_writable, tell};
+use super::tell;
 use crate::atomic_file;
 use crate::error::Result;
 use crate::page::report::page;
@@ -32,7 +32,7 @@ pub(super) struct ReportArgs {
 /// written.
 pub(super) fn write(args: &ReportArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     let output = args.output.clone().unwrap_or_else(|| args.dir.join("index.html"));
-    check_writable(&output)?;
+    atomic_file::check(&output)?;
     let run = with_bar(Run::new(0)?, args.quiet, cancel);
     let html = page(&args.dir, &run)?;
     tell(false, &[], &run.warnings());

@@ -26,7 +26,7 @@ use crate::scene::{Fingerprint, Scene};
 /// Writes a cloud with header comments (one line each).
 ///
 /// # Errors
-/// [`crate::error::Error::Io`] when the system refuses.
+/// [`crate::error::Error::Write`] when the system refuses.
 pub fn write_cloud(path: &Path, cloud: &Cloud, comments: &[String]) -> Result<()> {
     let of_channel = |c: &Channel| ["r", "g", "b"].map(|suffix| format!("{}_{suffix}", c.name));
     let columns = Columns::new("vertex")

@@ -15,7 +15,7 @@ use crate::scene::Mesh;
 /// have v downwards, as Mitsuba reads them from PLY.
 ///
 /// # Errors
-/// [`crate::error::Error::Io`] when the file cannot be written.
+/// [`crate::error::Error::Write`] when the file cannot be written.
 pub fn write(path: &Path, mesh: &Mesh, triangles: &[[u32; 3]], normals: bool) -> Result<()> {
     let normals = normals && !mesh.normals.is_empty();
     let uvs = !mesh.uvs.is_empty();
@@ -56,7 +56,7 @@ pub fn write(path: &Path, mesh: &Mesh, triangles: &[[u32; 3]], normals: bool) ->
 /// Writes a parallelogram that faces along `edge1 × edge2`.
 ///
 /// # Errors
-/// [`crate::error::Error::Io`] when the file cannot be written.
+/// [`crate::error::Error::Write`] when the file cannot be written.
 pub fn write_quad(path: &Path, corner: Vec3, edge1: Vec3, edge2: Vec3) -> Result<()> {
     let corners = [corner, corner + edge1, corner + edge1 + edge2, corner + edge2]
         .map(|p| p.to_array().to_vec());
@@ -66,7 +66,7 @@ pub fn write_quad(path: &Path, corner: Vec3, edge1: Vec3, edge2: Vec3) -> Result
 fn put(path: &Path, properties: &[&str], rows: &[Vec<f32>], faces: &[[u32; 3]]) -> Result<()> {
     let vertex = Columns::new("vertex").floats(properties.iter().copied());
     let elements = [(vertex, rows.len()), (Columns::triangles(), faces.len())];
-    ply::write(path, &[], &elements, |out| {
+    ply::write_for_others(path, &elements, |out| {
         rows.iter().try_for_each(|row| out.floats(row.iter().copied()))?;
         faces.iter().try_for_each(|&face| out.triangle(face))
     })

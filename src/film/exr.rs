@@ -1,21 +1,25 @@
 //! Films to and from OpenEXR: one part, dotted channel names, 32-bit float, ZIP, text attributes.
 //!
 //! Guarantees a file appears whole or not at all (written beside its place, then renamed); what is
-//! written is read back equal, bit for bit, for finite values in 32 bits.
+//! written is read back equal, bit for bit, for finite values in 32 bits; equal films are equal
+//! files.
 //! Channel names are the film's, set by [`Film::set_rgb`], [`Film::set_xyz`] and [`Film::set`].
 //! Of foreign files [`read_exr`] reads all flat parts, their largest level.
 //! Not        deep data; channels of other sizes than their layer (chroma of half resolution).
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+use std::io::Write as _;
 use std::ops::Range;
 use std::path::Path;
 
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, IntegerBounds, Layer,
-    LayerAttributes, ReadChannels as _, ReadLayers as _, Text, WritableImage as _, f16,
+    LayerAttributes, LineOrder, ReadChannels as _, ReadLayers as _, Text, WritableImage as _, f16,
 };
 
 use super::Film;
+use super::checksum::{CHECKSUM, Checksum};
+use super::order::sort_attributes;
 use crate::atomic_file;
 use crate::error::{Error, Result};
 use crate::{input_file, memory};
@@ -45,13 +49,19 @@ fn stays_full(name: &str) -> bool {
 ///
 /// # Errors
 /// [`Error::Image`] when a channel's length is not width · height or the film is empty;
-/// [`Error::Io`] when the system refuses.
+/// [`Error::Write`] when the system refuses.
 pub fn write_exr(film: &Film, path: &Path, precision: Precision) -> Result<()> {
     let fail = |message: String| Error::Image { path: path.into(), message };
     let count = film.width as usize * film.height as usize;
     if count == 0 || film.channels.is_empty() {
         return Err(fail("an image without pixels or channels cannot be written".into()));
     }
+    let plain = |text: &str| -> String {
+        text.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect()
+    };
+    let mut header: BTreeMap<String, String> =
+        film.header.iter().map(|(key, value)| (plain(key), plain(value))).collect();
+    let mut checksum = Checksum::new((film.width, film.height), &header);
     let mut list = Vec::with_capacity(film.channels.len());
     for (name, values) in &film.channels {
         if values.len() != count {
@@ -67,31 +77,32 @@ pub fn write_exr(film: &Film, path: &Path, precision: Precision) -> Result<()> {
         } else {
             FlatSamples::F32(values.clone())
         };
+        checksum.channel(name, samples.values_as_f32());
         let name = Text::new_or_none(name)
             .ok_or_else(|| fail(format!("channel name {name:?} is not Latin-1")))?;
         list.push(AnyChannel::new(name, samples));
     }
     let mut attributes = LayerAttributes::default();
-    for (key, value) in &film.header {
-        let plain: String = value.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect();
-        if let (Some(key), Some(value)) = (Text::new_or_none(key), Text::new_or_none(plain)) {
+    header.insert(CHECKSUM.into(), checksum.finish());
+    for (key, value) in header {
+        if let (Some(key), Some(value)) = (Text::new_or_none(key), Text::new_or_none(value)) {
             attributes.other.insert(key, AttributeValue::Text(value));
         }
     }
     let layer = Layer::new(
         (film.width as usize, film.height as usize),
         attributes,
-        Encoding::SMALL_FAST_LOSSLESS,
+        Encoding { line_order: LineOrder::Increasing, ..Encoding::SMALL_FAST_LOSSLESS },
         AnyChannels::sort(list.into()),
     );
-    if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty() && !p.is_dir()) {
-        return Err(fail(format!("folder {} does not exist: create it first", folder.display())));
-    }
     atomic_file::write(path, |out| {
-        exr::prelude::Image::from_layer(layer).write().to_buffered(out).map_err(|e| match e {
+        let written = exr::prelude::Image::from_layer(layer).write().to_buffered(&mut *out);
+        written.map_err(|e| match e {
             exr::error::Error::Io(e) => e,
-            e => std::io::Error::other(reason(e)),
-        })
+            e => std::io::Error::other(e.to_string()),
+        })?;
+        out.flush()?;
+        sort_attributes(out.get_mut())
     })
 }
 
@@ -104,6 +115,44 @@ pub fn write_exr(film: &Film, path: &Path, precision: Precision) -> Result<()> {
 /// [`Error::Image`] when the file is missing, is no EXR, is damaged, or claims to be larger than it
 /// can be.
 pub fn read_exr(path: &Path) -> Result<Film> {
+    let mut film = read(path)?;
+    name_beauty(&mut film);
+    Ok(film)
+}
+
+/// Reads a file that [`write_exr`] wrote, if it is as it was written.
+///
+/// # Errors
+/// As [`read_exr`], and when the checksum is missing or that of another content.
+pub fn read_whole_exr(path: &Path) -> Result<Film> {
+    let fail = |message: &str| Err(Error::Image { path: path.into(), message: message.into() });
+    let film = read(path)?;
+    let mut checksum = Checksum::new((film.width, film.height), &film.header);
+    film.channels.iter().for_each(|(name, values)| checksum.channel(name, values.iter().copied()));
+    match film.header.get(CHECKSUM) {
+        None => fail("has no checksum: it was not written by this program, or by an earlier one"),
+        Some(there) if *there != checksum.finish() => {
+            fail("is damaged: its content is not what its checksum says; remove it and start anew")
+        }
+        Some(_) => Ok(film),
+    }
+}
+
+/// The text attributes of a file.
+///
+/// # Errors
+/// [`Error::Image`] when the file is missing or no EXR.
+pub fn read_header(path: &Path) -> Result<BTreeMap<String, String>> {
+    let meta = exr::meta::MetaData::read_from_file(path, false)
+        .map_err(|e| Error::Image { path: path.into(), message: reason(e) })?;
+    let attributes = meta
+        .headers
+        .iter()
+        .flat_map(|h| texts(&h.shared_attributes.other).chain(texts(&h.own_attributes.other)));
+    Ok(attributes.collect())
+}
+
+fn read(path: &Path) -> Result<Film> {
     let fail = |message: String| Error::Image { path: path.into(), message };
     if let Err(other @ Error::Input { .. }) = input_file::check(path) {
         return Err(other);
@@ -146,7 +195,6 @@ pub fn read_exr(path: &Path) -> Result<Film> {
         film.header.extend(texts(&layer.attributes.other));
     }
     film.header.extend(texts(&image.attributes.other));
-    name_beauty(&mut film);
     Ok(film)
 }
 
@@ -283,6 +331,24 @@ mod tests {
             (half.channels["R"][1] - 1.0 / 3.0).abs() < 2e-4 && half.channels["R"][1] != 1.0 / 3.0
         );
         std::fs::remove_file(&path).unwrap();
+    }
+
+    /// Several tiles, compressed by several threads, and attributes in a map without an order.
+    #[test]
+    fn equal_films_are_equal_files() {
+        let name = |i: i32| format!("nearfar-equal-{}-{i}.exr", std::process::id());
+        let mut film = Film::new(600, 300);
+        film.set("samples", (0..180_000).map(|i| (i % 977) as f32).collect());
+        (0..20).for_each(|i| drop(film.header.insert(format!("key{i}"), i.to_string())));
+        let [first, second] = [0, 1].map(|i| {
+            let path = std::env::temp_dir().join(name(i));
+            write_exr(&film, &path, Precision::Full).unwrap();
+            let bytes = std::fs::read(&path).unwrap();
+            assert_eq!(read_whole_exr(&path).unwrap().channels, film.channels);
+            std::fs::remove_file(&path).unwrap();
+            bytes
+        });
+        assert!(first == second);
     }
 
     #[test]

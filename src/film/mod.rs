@@ -4,11 +4,13 @@
 //! direct.G direct.B`; scalars such as `depth.Z`, `cluster.id`, `samples` stand under their full
 //! name. Rows run from the top.
 
+mod checksum;
 mod exr;
 pub mod layer;
+mod order;
 mod png;
 
-pub use exr::{Precision, read_exr, write_exr};
+pub use exr::{Precision, read_exr, read_header, read_whole_exr, write_exr};
 pub use layer::{Channels, Layer, layer_of};
 pub(crate) use png::write_png_bytes;
 pub use png::{srgb8, write_png, write_png_rgb};
@@ -16,6 +18,13 @@ pub use png::{srgb8, write_png, write_png_rgb};
 use std::collections::BTreeMap;
 
 use crate::radiometry::Rgb;
+
+/// Header attribute that is "false" for pictures that were ended before their time.
+pub const COMPLETE: &str = "nearfar.complete";
+
+/// Header attribute of films with running sums (layers `state.*`), which a render can go on from:
+/// what they are sums of.
+pub const SUMS_OF: &str = "nearfar.sums_of";
 
 /// Named channels of equal size and what the header says of them.
 #[derive(Clone, Debug, Default)]
@@ -67,6 +76,11 @@ impl Film {
     /// Sets one channel by its full name.
     pub fn set(&mut self, name: &str, values: Vec<f32>) {
         self.channels.insert(name.to_owned(), values);
+    }
+    /// Removes the running sums.
+    pub fn forget_sums(&mut self) {
+        self.channels.retain(|name, _| layer_of(name) != "state");
+        self.header.remove(SUMS_OF);
     }
     /// A colour layer; `""` is the beauty.
     pub fn rgb(&self, layer: &str) -> Option<Vec<Rgb>> {

@@ -48,7 +48,7 @@ pub fn write_png_rgb(
 /// Writes bytes as they are, row by row from the top, as a PNG of `size`: width and height.
 ///
 /// # Errors
-/// [`Error::Io`] when the count does not match or the file cannot be written.
+/// [`Error::Write`] when the count does not match or the file cannot be written.
 pub(crate) fn write_png_bytes(
     path: &Path,
     bytes: &[u8],

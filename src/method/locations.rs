@@ -51,7 +51,7 @@ impl Locations {
     /// and `red green blue` for viewers.
     ///
     /// # Errors
-    /// [`crate::error::Error::Io`] when the system refuses.
+    /// [`crate::error::Error::Write`] when the system refuses.
     pub fn write_ply(&self, path: &Path) -> Result<()> {
         let scale = ply::colour_scale(self.irradiance.iter().copied());
         let columns = Columns::new("vertex")

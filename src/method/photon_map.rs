@@ -158,8 +158,8 @@ fn show_pieces(film: &mut Film, world: &World, proxy: &Proxy, run: &Run) {
 /// and `red green blue` for viewers.
 ///
 /// # Errors
-/// [`crate::error::Error::Io`] when the system refuses, [`crate::error::Error::Interrupted`], cells
-/// that do not fit memory.
+/// [`crate::error::Error::Write`] when the system refuses, [`crate::error::Error::Interrupted`],
+/// cells that do not fit memory.
 pub fn write_photons(world: &World, inputs: ProxyInputs<'_>, path: &Path, run: &Run) -> Result<()> {
     let photons = photons(world, inputs, run)?.photons;
     let scale = ply::colour_scale(photons.iter().map(|p| p.flux));

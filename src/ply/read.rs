@@ -1,12 +1,17 @@
 //! Reading: the points of any file row by row, and nearfar's own files with columns that are known.
 
 use std::fs::File;
-use std::io::{BufReader, ErrorKind, Read};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::{Columns, Element, Header, Rows};
+use crc32fast::Hasher;
+
+use super::{CHECKSUM, Columns, Element, Header, Rows};
 use crate::error::{Error, Result};
 use crate::input_file;
+
+/// Bytes of a checksum.
+const SIZE: u64 = 4;
 
 /// An open file, read up to its first row.
 #[derive(Debug)]
@@ -14,8 +19,10 @@ pub struct Reader {
     path: PathBuf,
     header: Header,
     input: BufReader<File>,
-    /// Bytes of the file.
+    /// Bytes of the file but its checksum.
     length: u64,
+    /// Whether it has one.
+    has_checksum: bool,
 }
 
 impl Reader {
@@ -31,7 +38,43 @@ impl Reader {
         let mut input = BufReader::with_capacity(1 << 18, file);
         let header = Header::read(&mut input)
             .map_err(|(line, message)| Error::input(path, line, message))?;
-        Ok(Self { path: path.into(), header, input, length })
+        let mut header = header;
+        let has_checksum = header.elements.last().is_some_and(|e| e.name == CHECKSUM);
+        if has_checksum {
+            header.elements.pop();
+        }
+        let length = length - if has_checksum { SIZE.min(length) } else { 0 };
+        Ok(Self { path: path.into(), header, input, length, has_checksum })
+    }
+
+    /// Holds the file against its checksum, before the first row is read.
+    fn check(&mut self) -> Result<()> {
+        if !self.has_checksum {
+            let own = self.header.comments.iter().any(|c| c.starts_with("nearfar "));
+            let message = "has no checksum: it is damaged, or of an earlier version; make it again";
+            return if own { Err(self.fault(message.into())) } else { Ok(()) };
+        }
+        let io = |source| Error::Io { path: self.path.clone(), source };
+        let at = self.input.stream_position().map_err(io)?;
+        self.input.rewind().map_err(io)?;
+        let (mut sum, mut rest) = (Hasher::new(), (&mut self.input).take(self.length));
+        loop {
+            let bytes = rest.fill_buf().map_err(io)?;
+            let read = bytes.len();
+            if read == 0 {
+                break;
+            }
+            sum.update(bytes);
+            rest.consume(read);
+        }
+        let mut there = [0; SIZE as usize];
+        let ended = self.input.read_exact(&mut there);
+        if ended.is_err() || u32::from_le_bytes(there) != sum.finalize() {
+            let message = "is cut short or damaged: its content is not what its checksum says; \
+                           make it again";
+            return Err(self.fault(message.into()));
+        }
+        self.input.seek(SeekFrom::Start(at)).map_err(io).map(drop)
     }
 
     /// What the file says before its rows.
@@ -39,19 +82,21 @@ impl Reader {
         &self.header
     }
 
-    /// The element `vertex`, once it is known that its rows fit the file.
+    /// The element `vertex`, once it is known that its rows fit the file, and that the file is what
+    /// its checksum says.
     ///
     /// # Errors
-    /// [`Error::Input`] when they do not.
-    pub fn points(&self) -> Result<Element> {
-        let element = &self.header.elements[0];
+    /// [`Error::Input`] when they do not, or it is not.
+    pub fn points(&mut self) -> Result<Element> {
+        let element = self.header.elements[0].clone();
         if element.bytes() > self.length {
             return Err(self.fault(format!(
                 "is cut short: {} points of {} B do not fit {} B",
                 element.count, element.row, self.length
             )));
         }
-        Ok(element.clone())
+        self.check()?;
+        Ok(element)
     }
 
     /// Fills `row` with what comes next.
@@ -72,7 +117,6 @@ impl Reader {
 
     /// Bytes that are left.
     fn rest(&mut self) -> Result<u64> {
-        use std::io::Seek;
         let at = self
             .input
             .stream_position()
@@ -101,6 +145,7 @@ pub fn read_elements(
         let message = "has other columns than this program writes; save it again";
         return Err(reader.fault(message.into()));
     }
+    reader.check()?;
     let whole = elements.iter().fold(0u64, |sum, e| sum.saturating_add(e.bytes()));
     let rest = reader.rest()?;
     if whole != rest {

@@ -1,10 +1,13 @@
-//! Writing: row by row for what need not be in memory at once, or from rows that are.
+//! Writing: row by row for what need not be in memory at once, or from rows that are; the checksum
+//! comes last.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use super::{Columns, Rows};
+use crc32fast::Hasher;
+
+use super::{CHECKSUM, Columns, Rows};
 use crate::atomic_file;
 use crate::error::Result;
 
@@ -14,6 +17,8 @@ pub struct RowWriter<'a> {
     out: &'a mut BufWriter<File>,
     /// Bytes so far.
     written: u64,
+    /// Of everything so far, the header included.
+    checksum: Hasher,
 }
 
 impl RowWriter<'_> {
@@ -23,6 +28,7 @@ impl RowWriter<'_> {
     /// When the system refuses.
     pub fn bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.written += bytes.len() as u64;
+        self.checksum.update(bytes);
         self.out.write_all(bytes)
     }
     /// 32-bit floats.
@@ -49,34 +55,63 @@ impl RowWriter<'_> {
     }
 }
 
-/// Writes a file of elements with so many rows, which `body` writes; header comments of several
-/// lines become several.
+/// Writes a file of elements with so many rows, which `body` writes, and its checksum; header
+/// comments of several lines become several.
 ///
 /// # Errors
-/// [`crate::error::Error::Io`] when the system refuses, or `body` writes more or less than is due.
+/// [`crate::error::Error::Write`] when the system refuses, or `body` writes more or less than is
+/// due.
 pub fn write(
     path: &Path,
     comments: &[String],
     elements: &[(Columns, usize)],
     body: impl FnOnce(&mut RowWriter<'_>) -> io::Result<()>,
 ) -> Result<()> {
+    put(path, comments, elements, true, body)
+}
+
+/// As [`write()`], for other programs: without comments and checksum.
+///
+/// # Errors
+/// As [`write()`].
+pub fn write_for_others(
+    path: &Path,
+    elements: &[(Columns, usize)],
+    body: impl FnOnce(&mut RowWriter<'_>) -> io::Result<()>,
+) -> Result<()> {
+    put(path, &[], elements, false, body)
+}
+
+fn put(
+    path: &Path,
+    comments: &[String],
+    elements: &[(Columns, usize)],
+    own: bool,
+    body: impl FnOnce(&mut RowWriter<'_>) -> io::Result<()>,
+) -> Result<()> {
     atomic_file::write(path, |out| {
-        out.write_all(b"ply\nformat binary_little_endian 1.0\n")?;
+        let mut header = String::from("ply\nformat binary_little_endian 1.0\n");
         for line in comments.iter().flat_map(|c| c.lines()) {
-            writeln!(out, "comment {line}")?;
+            header += &format!("comment {line}\n");
         }
         for (columns, rows) in elements {
-            out.write_all(columns.header(*rows).as_bytes())?;
+            header += &columns.header(*rows);
         }
-        out.write_all(b"end_header\n")?;
-        let mut rows = RowWriter { out, written: 0 };
+        if own {
+            header += &Columns::new(CHECKSUM).integers(["crc32"]).header(1);
+        }
+        header += "end_header\n";
+        let mut rows = RowWriter { out, written: 0, checksum: Hasher::new() };
+        rows.bytes(header.as_bytes())?;
+        rows.written = 0;
         body(&mut rows)?;
         let expected: u64 = elements.iter().map(|(c, rows)| (c.row() * rows) as u64).sum();
         if rows.written != expected {
             let message = format!("{} B of rows where {expected} were due", rows.written);
             return Err(io::Error::other(message));
         }
-        Ok(())
+        let checksum = rows.checksum.clone().finalize();
+        if own { rows.integer(checksum) } else { Ok(()) }
     })
 }
 
@@ -134,7 +169,14 @@ mod tests {
         assert!(fault(&swapped, None).contains("other columns"));
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
-        assert!(fault(&columns, None).contains("cut short or too long: 20 B"));
+        assert!(fault(&columns, None).contains("is cut short or damaged"));
+        for at in 0..8 * bytes.len() {
+            let mut flipped = bytes.clone();
+            flipped[at / 8] ^= 1 << (at % 8);
+            std::fs::write(&path, &flipped).unwrap();
+            let error = fault(&columns, None);
+            assert!(error.contains("elements.ply"), "bit {at}: {error}");
+        }
         std::fs::remove_file(&path).unwrap();
     }
 

@@ -1,11 +1,16 @@
 //! Which function a [`Method`] is.
 
+use std::path::Path;
+
+use super::checkpoint::Tracer;
 use super::kept::Kept;
 use super::renderer::Renderer;
+use crate::atomic_file;
 use crate::config::RenderConfig;
 use crate::error::Result;
+use crate::film::read_whole_exr;
 use crate::method::{
-    Method, Rendered, cache, decompose, direct, final_gather, local_correction, path, photon_map,
+    Method, Rendered, cache, decompose, direct, final_gather, local_correction, photon_map,
     point_based,
 };
 use crate::scene::Fingerprint;
@@ -24,7 +29,7 @@ pub(super) fn picture(
         Method::Decomposition | Method::Course => decomposed(renderer, config, kept),
         Method::IrradianceCache => cached(renderer, config, kept),
         Method::Gather => final_gather::render(world, &config.gather, inputs, run),
-        Method::Path => path::render(world, &config.path, seed, run),
+        Method::Path => traced(renderer, config, kept),
         Method::PointBased => point_based::render(world, &config.point_based, inputs, run),
         Method::LocalCorrection => {
             local_correction::render(world, &config.local, &config.record, seed, run)
@@ -32,6 +37,12 @@ pub(super) fn picture(
         Method::Direct => direct::render(world, &config.record, &config.direct, seed, run),
         Method::PhotonMap => photon_map::render(world, inputs, run),
     }
+}
+
+fn traced(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result<Rendered> {
+    let earlier = kept.resume.as_deref().map(read_whole_exr).transpose()?;
+    let mut tracer = Tracer::new((renderer.world(), config, renderer.run()), Method::Path, kept);
+    tracer.picture(earlier, false)
 }
 
 fn decomposed(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result<Rendered> {
@@ -49,7 +60,9 @@ fn decomposed(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Re
     };
     if let Some(path) = &kept.save {
         let _phase = run.phase("save", 1);
-        store::save(path, &key(), &store::Known::new(&prepared), &inputs, settings)?;
+        let known = store::Known::new(&prepared);
+        let save = |path: &Path| store::save(path, &key(), &known, &inputs, settings);
+        atomic_file::rescued(path, save)?;
     }
     decompose::picture(world, settings, &prepared, inputs.seed, run)
 }
@@ -62,7 +75,7 @@ fn cached(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result
     let earlier = kept.load.as_deref().map(|path| store::load(path, &key())).transpose()?;
     let (rendered, cache) = cache::render(world, settings, inputs, earlier, run)?;
     if let Some(path) = &kept.save {
-        store::save(path, &key(), &cache.records)?;
+        atomic_file::rescued(path, |path| store::save(path, &key(), &cache.records))?;
     }
     Ok(rendered)
 }

@@ -5,13 +5,17 @@
 //! one, so that nothing appears in the middle of a film.
 //!
 //! Input   scene, settings, one view a frame. Output  one [`Frame`] a call, in any order.
-//! Guarantees  the same bits for any number of threads, for the same order of frames.
+//! Guarantees  the same bits for any number of threads, for the same order of frames; also when the
+//!             film goes on from `kept.resume`, what [`Flight::keep`] left of an earlier run.
 //! Cost    `Plan`: one ray a pixel and frame beforehand.
 
 use std::path::Path;
+use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
+use super::checkpoint::Checkpoint;
+use super::film_state::{self, FilmState, film_mark};
 use super::kept::Kept;
 use super::{Renderer, header};
 use crate::config::RenderConfig;
@@ -19,6 +23,7 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::method::decompose::near::boxes::NearBoxes;
 use crate::method::decompose::{self, NearNoise, Prepared, store};
+use crate::method::key::Key;
 use crate::method::{Method, MethodStatistics};
 use crate::run::Run;
 use crate::scene::{Camera, Fingerprint, Scene};
@@ -61,6 +66,12 @@ pub struct Flight<'a> {
     reuse: Reuse,
     known: Option<Prepared>,
     near: NearBoxes,
+    /// What the state of this film is known by.
+    key: Key,
+    checkpoint: Option<Checkpoint>,
+    /// When the state is kept next.
+    next: Option<Instant>,
+    done: usize,
 }
 
 impl<'a> Flight<'a> {
@@ -93,23 +104,69 @@ impl<'a> Flight<'a> {
                 "frames that share nothing start from no file and leave none".into(),
             ));
         }
+        let mark = film_mark(scene, config, &views, reuse, kept.load.as_deref())?;
         let mut renderer = Renderer::new(scene, config, run)?;
         renderer.world_mut().follow(&views, run);
         let world = renderer.world();
         let (settings, inputs) = (&config.decompose, config.inputs(world.extent));
-        let load = |path: &std::path::PathBuf| {
-            let key = store::key(Fingerprint::new(scene), &inputs, settings, world.extent);
-            store::load(path, &key, &inputs, settings)
+        let key = store::key(Fingerprint::new(scene), &inputs, settings, world.extent);
+        let of_film = key.clone().with_value("film", mark);
+        let mut flight = Self {
+            next: kept.checkpoint.as_ref().and_then(|c| Instant::now().checked_add(c.every)),
+            checkpoint: kept.checkpoint.clone().filter(|_| reuse != Reuse::None),
+            key: of_film,
+            known: None,
+            near: NearBoxes::default(),
+            done: 0,
+            views,
+            reuse,
+            renderer,
         };
+        let world = flight.renderer.world();
+        if let Some(path) = &kept.resume {
+            let state = film_state::load(path, &flight.key, (&inputs, settings))?;
+            flight.known = Some(Prepared::known(world, settings, inputs, state.known, run)?);
+            (flight.near, flight.done) = (state.near, state.frames);
+            return Ok(flight);
+        }
+        let load = |path: &std::path::PathBuf| store::load(path, &key, &inputs, settings);
         let loaded = kept.load.as_ref().map(load).transpose()?;
-        let known = match (reuse, loaded) {
+        flight.known = match (reuse, loaded) {
             (Reuse::Plan, loaded) => {
-                Some(decompose::plan(world, settings, inputs, &views, loaded, run)?)
+                Some(decompose::plan(world, settings, inputs, &flight.views, loaded, run)?)
             }
             (_, Some(loaded)) => Some(Prepared::known(world, settings, inputs, loaded, run)?),
             (_, None) => None,
         };
-        Ok(Self { renderer, views, reuse, known, near: NearBoxes::default() })
+        Ok(flight)
+    }
+
+    /// Frames that an earlier run has made: go on with the one of this number.
+    pub fn done(&self) -> usize {
+        self.done
+    }
+    /// Keeps what frames share, when it is time or the run is cancelled: call before the first and
+    /// after each, with the number that is done.
+    ///
+    /// # Errors
+    /// [`Error::Write`] when the system refuses.
+    pub fn keep(&mut self, done: usize) -> Result<()> {
+        let (Some(checkpoint), Some(prepared)) = (&self.checkpoint, &self.known) else {
+            return Ok(());
+        };
+        let due = self.next.is_some_and(|next| Instant::now() >= next);
+        if !due && !self.renderer.run().cancelled() {
+            return Ok(());
+        }
+        let (world, config) = (self.renderer.world(), self.renderer.config());
+        let _phase = self.renderer.run().phase("checkpoint", 1);
+        let near = std::mem::take(&mut self.near);
+        let state = FilmState { known: store::Known::new(prepared), near, frames: done };
+        let layout = (&config.inputs(world.extent), &config.decompose);
+        let saved = film_state::save(&checkpoint.file, &self.key, &state, layout);
+        self.near = state.near;
+        self.next = Instant::now().checked_add(checkpoint.every);
+        saved
     }
 
     /// Number of frames.

@@ -1,12 +1,13 @@
 //! What the header of an image file says of its making.
 //!
-//! Text attributes `nearfar.version`, `.method`, `.seed`, `.settings` (every setting as TOML),
-//! `.seconds` (wall clock since the run began) and `.complete` (false when the user stopped it).
-//! Methods add what only they know before; the command line adds the scene's path.
+//! Text attributes `nearfar.version`, `.method`, `.seed`, `.settings` (every setting as TOML) and
+//! `.complete` (false when it was ended before its time). Methods add what only they know before;
+//! the command line adds the scene's path. No time is told, so that equal pictures are equal files:
+//! the statistics have it.
 
 use crate::config::RenderConfig;
 use crate::error::Result;
-use crate::film::Film;
+use crate::film::{COMPLETE, Film};
 use crate::run::Run;
 
 /// Fills in the header.
@@ -19,10 +20,9 @@ pub fn describe(film: &mut Film, method: &str, config: &RenderConfig, run: &Run)
         ("nearfar.method", method.to_owned()),
         ("nearfar.seed", config.seed.to_string()),
         ("nearfar.settings", config.to_table()?.to_string()),
-        ("nearfar.seconds", format!("{:.2}", run.started.elapsed().as_secs_f64())),
-        ("nearfar.complete", (!run.cancelled()).to_string()),
     ] {
         film.header.insert(key.into(), value);
     }
+    film.header.entry(COMPLETE.into()).or_insert_with(|| (!run.cancelled()).to_string());
     Ok(())
 }

@@ -1,11 +1,13 @@
-//! Work of one render that the next can start from: proxy and clusters, or cache records, in files.
+//! Work of one render that the next can start from: proxy and clusters, or cache records, or the
+//! samples of a picture that is not done yet, in files.
 
 use std::path::PathBuf;
 
+use super::checkpoint::Checkpoint;
 use crate::error::{Error, Result};
 use crate::method::Method;
 
-/// Files of kept work; both may be left out.
+/// Files of kept work; all may be left out.
 #[derive(Clone, Debug, Default)]
 pub struct Kept {
     /// Start from this file, whatever camera it was made for; what it does not cover is computed.
@@ -13,6 +15,11 @@ pub struct Kept {
     pub load: Option<PathBuf>,
     /// Write here what a later render can start from.
     pub save: Option<PathBuf>,
+    /// Go on from the running sums of this picture as if its render had never stopped; path tracing
+    /// and converging pictures alone.
+    pub resume: Option<PathBuf>,
+    /// Where path tracing and converging pictures keep what they have so far.
+    pub checkpoint: Option<Checkpoint>,
 }
 
 impl Kept {

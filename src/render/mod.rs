@@ -13,8 +13,10 @@
 //! |---|---|
 //! | `renderer` | [`Renderer`]: the steps |
 //! | `dispatch` | which function a [`Method`] is |
+//! | `checkpoint` | [`Checkpoint`]: progressive pictures that can be gone on with |
 //! | `kept` | [`Kept`]: files of earlier work to start from and to write |
 //! | `flight` | [`Flight`]: the frames of a camera path |
+//! | `film_state` | [`film_mark`]: whose frames they are; films that go on |
 //! | `irradiance` | [`Renderer::irradiance`]: light at points that no camera needs to see |
 //! | `header` | what an image file says of its making |
 //! | `statistics` | [`Statistics`]: what is told of a render |
@@ -24,7 +26,9 @@
 //! whichever way they are asked for. Nothing is printed; warnings and progress go to the
 //! `Run`'s reporter.
 
+mod checkpoint;
 mod dispatch;
+mod film_state;
 mod flight;
 mod header;
 mod irradiance;
@@ -33,6 +37,8 @@ mod renderer;
 mod statistics;
 mod view;
 
+pub use checkpoint::Checkpoint;
+pub use film_state::film_mark;
 pub use flight::{Flight, Frame, Reuse};
 pub use header::describe;
 pub use irradiance::{PointIrradiance, SurfacePoints};

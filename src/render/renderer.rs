@@ -1,5 +1,6 @@
 //! A scene made ready for rays, and the pictures that are made of it.
 
+use super::checkpoint::{Tracer, add_sums, late};
 use super::dispatch::picture;
 use super::header;
 use super::kept::Kept;
@@ -9,14 +10,12 @@ use crate::config::RenderConfig;
 use crate::denoise::{Parts, denoise};
 use crate::error::{Error, Result};
 use crate::ffi::oidn::Denoiser;
-use crate::film::Film;
+use crate::film::{Film, read_whole_exr};
 use crate::memory;
-use crate::method::converge::ConvergeStatistics;
+use crate::method::converge::{ConvergeStatistics, Halves};
 use crate::method::locations::Locations;
-use crate::method::path::{self, PathSettings};
 use crate::method::{self, Method, converge};
-use crate::run::Run;
-use crate::sampling::{Stream, sub_seed};
+use crate::run::{Ended, Run};
 use crate::scene::Scene;
 use crate::shading::World;
 
@@ -92,7 +91,7 @@ impl<'a> Renderer<'a> {
     /// As [`Self::render`], from and to files of kept work.
     ///
     /// # Errors
-    /// As [`super::render`]; [`Error::Setting`] for a method that keeps nothing; files of other
+    /// As [`super::render`]; [`Error::Usage`] for a method that keeps nothing; files of other
     /// scenes, settings or versions, and those that cannot be read or written.
     pub fn render_keeping(&self, method: Method, kept: &Kept) -> Result<Rendered> {
         let converging = self.config.converge.enabled;
@@ -104,39 +103,53 @@ impl<'a> Renderer<'a> {
             );
             return Err(Error::setting("converge.enabled", message));
         }
-        let config = self.config.clone().for_method(method, self.world.extent)?;
-        let mut found = picture(self, &config, method, kept)?;
-        let mut converge = None;
-        if converging {
-            let (picture, figures) = self.converged(found)?;
-            (found, converge) = (picture, Some(figures));
+        if kept.resume.is_some() && !converging && method != Method::Path {
+            return Err(Error::Usage(format!(
+                "method {} leaves nothing to go on from; path tracing and converging pictures do",
+                method.name()
+            )));
         }
-        self.finished(method, &config, found, converge)
+        let config = self.config.clone().for_method(method, self.world.extent)?;
+        if !converging {
+            return self.finished(method, &config, picture(self, &config, method, kept)?, None);
+        }
+        let mut tracer = Tracer::new((&self.world, self.config, self.run), method, kept);
+        let mut halves = match &kept.resume {
+            Some(file) => tracer.halves(&read_whole_exr(file)?)?,
+            None => Halves::default(),
+        };
+        let model = picture(self, &config, method, kept)?;
+        let (mut found, figures) = converge::render(
+            model,
+            &mut halves,
+            &self.config.converge,
+            &mut |half, halves, spp| tracer.half(half, halves, spp),
+            self.run,
+        )?;
+        if self.run.cancelled() {
+            add_sums(&mut found.film, halves.each_ref().map(Option::as_ref));
+        }
+        if figures.ended == Some(Ended::TimeLimit) {
+            let settings = &self.config.converge;
+            late(self.run, figures.spp, settings.spp, settings.target_error);
+        }
+        self.finished(method, &config, found, Some(figures))
     }
 
-    /// The ground truth: path tracing in two independent halves, going on from `earlier` as if it
-    /// had never stopped, with its running sums unless `keep_state` is false.
+    /// The ground truth: path tracing in two independent halves, going on from `kept.resume` as if
+    /// it had never stopped, with its running sums where they are asked for, and where it was
+    /// interrupted.
     ///
     /// # Errors
-    /// As [`super::render`]; [`Error::Usage`] when `earlier` belongs to another render.
-    pub fn reference(&self, earlier: Option<&Film>, keep_state: bool) -> Result<Rendered> {
-        let Self { config, run, world, .. } = self;
-        let found = path::reference(world, &config.path, config.seed, run, earlier, keep_state)?;
-        self.finished(Method::Path, config, found, None)
+    /// As [`super::render`]; [`Error::Usage`] when `kept.resume` belongs to another render.
+    pub fn reference(&self, kept: &Kept, keep_sums: bool) -> Result<Rendered> {
+        let earlier = kept.resume.as_deref().map(read_whole_exr).transpose()?;
+        let mut tracer = Tracer::new((&self.world, self.config, self.run), Method::Path, kept);
+        let found = tracer.picture(earlier, keep_sums)?;
+        self.finished(Method::Path, self.config, found, None)
     }
 
-    /// Path-traced halves of independent seeds bring the method's picture towards the truth.
-    fn converged(&self, model: method::Rendered) -> Result<(method::Rendered, ConvergeStatistics)> {
-        let Self { config, run, world, .. } = self;
-        let mut sample = |half: usize, earlier: Option<&Film>, spp: u32| {
-            let settings = PathSettings { spp, target_error: 0.0, ..config.path.clone() };
-            let seed = sub_seed(config.seed, Stream::Converge, half as u64);
-            path::reference(world, &settings, seed, run, earlier, true).map(|r| r.film)
-        };
-        converge::render(model, &config.converge, &mut sample, run)
-    }
-
-    /// Denoises, describes and counts.
+    /// Denoises what was not interrupted, describes and counts.
     fn finished(
         &self,
         method: Method,
@@ -146,12 +159,12 @@ impl<'a> Renderer<'a> {
     ) -> Result<Rendered> {
         let method::Rendered { mut film, statistics, locations } = found;
         let denoiser = match &self.denoiser {
-            Some(denoiser) => {
+            Some(denoiser) if !self.run.cancelled() => {
                 let parts = if method == Method::Path { Parts::Apart } else { Parts::Together };
                 denoise(&mut film, denoiser, parts, self.run)?;
                 Some(format!("Open Image Denoise {}", denoiser.dotted()))
             }
-            None => None,
+            _ => None,
         };
         header::describe(&mut film, method.name(), config, self.run)?;
         if let Some(denoiser) = &denoiser {

@@ -21,6 +21,8 @@ pub struct World {
     pub camera: Camera,
     /// World-space triangles.
     pub geometry: Arc<Geometry>,
+    /// Who answers ray queries.
+    pub backend: Backend,
     /// Ray queries against them.
     pub rays: Box<dyn RayQuery>,
     /// All light sources.
@@ -57,7 +59,7 @@ impl World {
         let camera = scene.camera.clone();
         let views = std::slice::from_ref(&camera);
         let (extent, midst) = run.install(|| surroundings(&*rays, &geometry, views));
-        Ok(Self { camera, geometry, rays, lights, diagonal, extent, midst })
+        Ok(Self { camera, geometry, backend, rays, lights, diagonal, extent, midst })
     }
 
     /// Measures the extent for a film: lengths then follow all of `views` instead of the camera.

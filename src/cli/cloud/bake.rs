@@ -11,8 +11,9 @@ use clap::Args;
 use serde::Serialize;
 use toml::Value;
 
+use crate::atomic_file;
 use crate::cli::options::SceneOptions;
-use crate::cli::{check_writable, write_json};
+use crate::cli::write_json;
 use crate::cloud::{RadiositySource, bake, bake_areas, scene_comment, write_cloud};
 use crate::error::{Error, Result};
 use crate::render::RunStatistics;
@@ -73,8 +74,8 @@ pub(super) fn bake_to_file(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<
             CHANNELS.join(", ")
         )));
     }
-    check_writable(&args.output)?;
-    args.stats.as_deref().map_or(Ok(()), check_writable)?;
+    atomic_file::check(&args.output)?;
+    args.stats.as_deref().map_or(Ok(()), atomic_file::check)?;
     let mut extra = Vec::new();
     if let Some(n) = args.elements {
         extra.extend([
@@ -107,15 +108,12 @@ pub(super) fn bake_to_file(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<
     {
         let _phase = job.run.phase("write", 1);
         let scene = args.scene.scene.display();
-        write_cloud(
-            &args.output,
-            &cloud,
-            &[
-                format!("nearfar {} cloud bake of {scene}", env!("CARGO_PKG_VERSION")),
-                "areas in scene units squared, light in W/m2".into(),
-                scene_comment(&job.scene),
-            ],
-        )?;
+        let comments = [
+            format!("nearfar {} cloud bake of {scene}", env!("CARGO_PKG_VERSION")),
+            "areas in scene units squared, light in W/m2".into(),
+            scene_comment(&job.scene),
+        ];
+        atomic_file::rescued(&args.output, |path| write_cloud(path, &cloud, &comments))?;
     }
     println!("{} elements, area {:.6}", cloud.len(), cloud.total_area());
     if let Some(path) = &args.stats {

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::cli::check_writable;
+use crate::atomic_file;
 use crate::cli::show::has_extension;
 use crate::error::{Error, Result};
 use crate::page::viewer::{Table, write_page};
@@ -37,7 +37,7 @@ pub(super) fn show_cloud(args: &ShowCloudArgs) -> Result<()> {
             output.display()
         )));
     }
-    check_writable(&output)?;
+    atomic_file::check(&output)?;
     let title = args.points.file_name().unwrap_or_default().to_string_lossy();
     let (run, table) = (Run::new(0)?, Table::read(&args.points)?);
     run.install(|| write_page(&table, &title, &output))?;

@@ -31,7 +31,7 @@ pub(super) fn render(
     again: bool,
     cancel: &AtomicBool,
 ) -> Result<()> {
-    let (image, stats) = (with(at, "exr"), with(at, "json"));
+    let (image, stats, unfinished) = (with(at, "exr"), with(at, "json"), with(at, "partial.json"));
     if let Some(folder) = at.parent() {
         std::fs::create_dir_all(folder)
             .map_err(|source| Error::Io { path: folder.into(), source })?;
@@ -45,13 +45,13 @@ pub(super) fn render(
     command.arg("--stats").arg(&stats);
     let goes_on = picture.name == TRUTH && !again && key.is_begun(at);
     // Put aside: what is there when the child has ended is its own.
-    let earlier = std::fs::read_to_string(&stats).ok().filter(|_| goes_on);
-    drop(std::fs::remove_file(&stats));
+    let earlier = std::fs::read_to_string(&unfinished).ok().filter(|_| goes_on);
+    drop(std::fs::remove_file(&unfinished));
     if goes_on {
-        command.arg("--resume").arg(&image);
-    } else if picture.name == TRUTH {
+        command.arg("--resume");
+    } else {
         // What another key began is not to be gone on from.
-        drop(std::fs::remove_file(&image));
+        drop(std::fs::remove_file(with(at, "partial.exr")));
     }
     key.begin(at)?;
     let io = |source| Error::Io { path: program.clone(), source };
@@ -69,10 +69,11 @@ pub(super) fn render(
         std::thread::sleep(PATIENCE);
     };
     if let Some(earlier) = earlier {
-        if stats.is_file() {
-            Seconds::of(&earlier).add_to(&stats)?;
+        let told = if status.success() { &stats } else { &unfinished };
+        if told.is_file() {
+            Seconds::of(&earlier).add_to(told)?;
         } else {
-            atomic_file::write_bytes(&stats, earlier)?;
+            atomic_file::write_bytes(&unfinished, earlier)?;
         }
     }
     if status.success() {

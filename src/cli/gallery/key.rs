@@ -79,7 +79,7 @@ impl Key {
 
     /// True when the picture was begun by this key.
     pub(super) fn is_begun(&self, at: &Path) -> bool {
-        with(at, "exr").is_file() && self.is_in(&with(at, "begun"))
+        self.is_in(&with(at, "begun"))
     }
 
     fn is_in(&self, file: &Path) -> bool {
@@ -89,7 +89,7 @@ impl Key {
     /// Notes that the picture is begun.
     ///
     /// # Errors
-    /// [`Error::Io`] when the system refuses.
+    /// [`Error::Write`] when the system refuses.
     pub(super) fn begin(&self, at: &Path) -> Result<()> {
         drop(std::fs::remove_file(with(at, "key")));
         atomic_file::write_bytes(&with(at, "begun"), &self.0)
@@ -98,7 +98,7 @@ impl Key {
     /// Notes that the picture is done.
     ///
     /// # Errors
-    /// [`Error::Io`] when the system refuses.
+    /// [`Error::Write`] when the system refuses.
     pub(super) fn end(&self, at: &Path) -> Result<()> {
         atomic_file::write_bytes(&with(at, "key"), &self.0)?;
         drop(std::fs::remove_file(with(at, "begun")));

@@ -21,7 +21,7 @@ use clap::Args;
 
 use self::key::Key;
 use self::plan::{Picture, Plan, SceneEntry};
-use super::parse_size;
+use super::{parse_size, stop};
 use crate::atomic_file;
 use crate::error::{Error, Result};
 use crate::page::report::page;
@@ -67,6 +67,7 @@ pub(super) fn gallery(args: &GalleryArgs, cancel: &Arc<AtomicBool>) -> Result<()
         .clone()
         .unwrap_or_else(|| PathBuf::from(if args.quick { "gallery/quick" } else { "gallery" }));
     let scenes = plan::present(&args.only)?;
+    stop::keeps();
     let pictures: Vec<Picture> = scenes.iter().flat_map(|s| plan.pictures(s)).collect();
     let failed =
         if args.page { Vec::new() } else { render(&plan, &pictures, &output, args.again, cancel)? };
@@ -143,8 +144,8 @@ fn render(
         match child::render(plan, picture, at, key, again, cancel) {
             Ok(()) => {}
             Err(Error::Interrupted) => {
-                eprintln!("stopped; what is done is kept: the same command goes on from here");
-                return Err(Error::Interrupted);
+                let kept = "what is done is kept: the same command goes on from here";
+                return Err(Error::Stopped(kept.into()));
             }
             Err(error) => {
                 eprintln!("warning: {}: {}: {error}", picture.scene.name, picture.name);

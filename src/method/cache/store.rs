@@ -96,7 +96,7 @@ pub fn key(scene: Fingerprint, inputs: &Inputs<'_>, settings: &CacheSettings) ->
 /// Writes records, in order.
 ///
 /// # Errors
-/// [`Error::Io`] when the system refuses.
+/// [`Error::Write`] when the system refuses.
 pub fn save(path: &Path, key: &Key, records: &[CacheRecord]) -> Result<()> {
     let scale = ply::colour_scale(records.iter().map(|r| r.irradiance));
     ply::write(path, &key.comments(), &[(columns(), records.len())], |out| {

@@ -29,6 +29,7 @@
 //!            weight `one`: the mean of the samples, unbiased whatever the model; `shrink`:
 //!            consistent, for w → 1 wherever b > 0. The same bits for any thread count unless the
 //!            clock stops it. Fewer than two samples in a quarter pair: the model itself.
+//!            Goes on from halves that an earlier run left as if that had never stopped.
 //! Not        layers other than the beauty stay the model's. The certificate neglects how w_X
 //!            depends on X: a little low; of a few samples it is itself noisy. Pixels may be
 //!            slightly negative.
@@ -48,12 +49,11 @@ mod shrink;
 pub use pyramid::Guide;
 pub use shrink::{Certificate, combine};
 
-use std::time::Instant;
-
 use crate::error::{Error, Result};
-use crate::film::{Film, layer};
+use crate::film::{COMPLETE, Film, layer};
 use crate::method::Rendered;
-use crate::run::Run;
+use crate::run::{Ended, Run};
+use crate::sampling::ENDLESS;
 use crate::settings::{choices, section};
 
 choices! {
@@ -88,6 +88,9 @@ pub struct ConvergeStatistics {
     /// Mean path-traced samples a pixel; 0: the picture is the model's.
     #[serde(rename = "converge_spp")]
     pub spp: f64,
+    /// Why it ended there.
+    #[serde(rename = "ended_by")]
+    pub ended: Option<Ended>,
     /// What is known of the picture's error.
     #[serde(flatten)]
     pub certificate: Option<Certificate>,
@@ -112,54 +115,87 @@ const MAX_PASS: u32 = 32;
 /// Growth of the samples between two certificates.
 const AGAIN: f64 = 1.5;
 
-/// Grows half 0 or 1 (an earlier film of it, if any) to so many samples a pixel; stops early at the
-/// run's deadline or when cancelled.
-pub type Sampler<'a> = dyn FnMut(usize, Option<&Film>, u32) -> Result<Film> + 'a;
+/// What is traced so far; a half that is not begun is none.
+pub type Halves = [Option<Film>; 2];
+
+/// Grows half 0 or 1 of what there is to so many samples a pixel; stops early at the run's deadline
+/// or when cancelled.
+pub type Sampler<'a> = dyn FnMut(usize, &Halves, u32) -> Result<Film> + 'a;
+
+/// Samples of a half after the pass that begins with `done`, without a limit.
+fn next_pass(done: u32) -> u32 {
+    done + done.clamp(2, MAX_PASS)
+}
+
+/// Whether the error is looked at after `done` samples, having been looked at after `checked`.
+fn looks(done: u32, checked: u32) -> bool {
+    done >= 4 && f64::from(done) >= AGAIN * f64::from(checked)
+}
+
+/// Where a run stands that has `halves`: samples after its last whole pass, and at the look at the
+/// error before.
+fn standing(halves: &Halves) -> (u32, u32) {
+    let fewest = |film: &Film| {
+        let samples = film.channels.get("samples").map_or(&[][..], Vec::as_slice);
+        samples.iter().fold(f32::INFINITY, |least, &n| least.min(n)) as u32
+    };
+    let [Some(a), Some(b)] = halves else { return (0, 0) };
+    let (there, mut done, mut checked) = (fewest(a).min(fewest(b)), 0, 0);
+    while next_pass(done) <= there {
+        if looks(done, checked) {
+            checked = done;
+        }
+        done = next_pass(done);
+    }
+    (done, checked)
+}
 
 /// The model's picture, brought towards the truth by samples until their number, the certified
-/// error, the deadline or cancelling stops it.
+/// error, the deadline or cancelling stops it; `halves` are those of an earlier run, and become
+/// what is traced.
 ///
 /// # Errors
 /// Settings out of range, layers that the model lacks, errors of `sample` other than
 /// [`Error::Interrupted`].
 pub fn render(
     model: Rendered,
+    halves: &mut Halves,
     settings: &ConvergeSettings,
     sample: &mut Sampler<'_>,
     run: &Run,
 ) -> Result<(Rendered, ConvergeStatistics)> {
     settings.validate()?;
-    let late = || run.cancelled() || run.deadline.is_some_and(|d| Instant::now() >= d);
-    let mut halves: [Option<Film>; 2] = [None, None];
-    let (mut done, mut checked) = (0u32, 0u32);
     let limit = settings.spp / 2;
-    while done < limit && !late() {
-        let next = (done + done.clamp(2, MAX_PASS)).min(limit);
-        for (half, film) in halves.iter_mut().enumerate() {
-            match sample(half, film.as_ref(), next) {
-                Ok(grown) => *film = Some(grown),
+    let (mut done, mut checked) = standing(halves);
+    let ended = loop {
+        if let Some(ended) = run.stops() {
+            break ended;
+        }
+        if settings.target_error > 0.0 && looks(done, checked) {
+            checked = done;
+            if let Some(films) = usable(halves)
+                && run.install(|| combine(&model.film, films, settings))?.1.relmse
+                    < settings.target_error
+            {
+                break Ended::TargetError;
+            }
+        }
+        if done >= limit {
+            break Ended::Samples;
+        }
+        let next = next_pass(done).min(limit);
+        for half in 0..2 {
+            match sample(half, halves, next) {
+                Ok(grown) => halves[half] = Some(grown),
                 Err(Error::Interrupted) => break,
                 Err(error) => return Err(error),
             }
         }
         done = next;
-        if settings.target_error > 0.0
-            && !late()
-            && f64::from(done) >= AGAIN * f64::from(checked)
-            && done >= 4
-        {
-            checked = done;
-            if let Some(films) = usable(&halves)
-                && run.install(|| combine(&model.film, films, settings))?.1.relmse
-                    < settings.target_error
-            {
-                break;
-            }
-        }
-    }
+    };
     let Rendered { mut film, statistics, locations } = model;
-    let mut converge = ConvergeStatistics::default();
-    if let Some(films) = usable(&halves) {
+    let mut converge = ConvergeStatistics { ended: Some(ended), ..ConvergeStatistics::default() };
+    if let Some(films) = usable(halves) {
         let _phase = run.phase("converge", 1);
         let (picture, certificate) = run.install(|| combine(&film, films, settings))?;
         film.set_rgb("", &picture);
@@ -170,6 +206,9 @@ pub fn render(
         film.set(layer::SAMPLES.name, samples);
         converge.certificate = Some(certificate);
     }
+    let limited = settings.spp < ENDLESS || settings.target_error > 0.0;
+    let complete = !ended.is_short(limited);
+    film.header.insert(COMPLETE.into(), complete.to_string());
     film.header.insert("nearfar.converge.spp".into(), converge.spp.to_string());
     if let Some(c) = converge.certificate {
         for (name, value) in [
@@ -186,7 +225,7 @@ pub fn render(
 }
 
 /// Both halves, once every pixel has both quarters of each.
-fn usable(halves: &[Option<Film>; 2]) -> Option<[&Film; 2]> {
+fn usable(halves: &Halves) -> Option<[&Film; 2]> {
     let enough =
         |film: &&Film| film.channels.get("samples").is_some_and(|s| s.iter().all(|&n| n >= 2.0));
     Some([halves[0].as_ref().filter(enough)?, halves[1].as_ref().filter(enough)?])
@@ -203,6 +242,27 @@ mod tests {
             (wiener(3.0, 1.0), wiener(-3.0, 1.0), wiener(2.0, 0.0), wiener(0.0, 0.0)),
             (0.75, 0.0, 1.0, 1.0)
         );
+    }
+
+    #[test]
+    fn where_a_run_stands_does_not_depend_on_where_it_was_stopped() {
+        let film = |n: f32| {
+            let mut film = Film::new(2, 1);
+            film.set("samples", vec![n, n + 1.0]);
+            Some(film)
+        };
+        // Passes end at 2, 4, 8, 16, 32, 64, 96, 128, 160; looks are at 4, 8, 16, 32, 64, 96, 160.
+        for (a, b, expected) in [
+            (1.0, 9.0, (0, 0)),
+            (4.0, 5.0, (4, 0)),
+            (9.0, 8.0, (8, 4)),
+            (100.0, 128.0, (96, 64)),
+            (130.0, 130.0, (128, 96)),
+            (160.0, 160.0, (160, 96)),
+        ] {
+            assert_eq!(standing(&[film(a), film(b)]), expected, "{a} {b}");
+        }
+        assert_eq!(standing(&[film(9.0), None]), (0, 0));
     }
 
     #[test]

@@ -102,13 +102,27 @@ fn columns(bands: u32, proxy: &ProxySettings) -> [Columns; 2] {
 /// Writes what a render knows.
 ///
 /// # Errors
-/// [`Error::Io`] when the system refuses.
+/// [`Error::Write`] when the system refuses.
 pub fn save(
     path: &Path,
     key: &Key,
     known: &Known,
     inputs: &Inputs<'_>,
     settings: &DecomposeSettings,
+) -> Result<()> {
+    save_with(path, key, known, (inputs, settings), Vec::new())
+}
+
+/// As [`save`], with more elements after those of the render.
+///
+/// # Errors
+/// As [`save`].
+pub fn save_with(
+    path: &Path,
+    key: &Key,
+    known: &Known,
+    (inputs, settings): (&Inputs<'_>, &DecomposeSettings),
+    more: Vec<(Columns, Rows)>,
 ) -> Result<()> {
     let SampledClusters { clusters, sh } = &known.sampled;
     let irradiance: Vec<Rgb> =
@@ -131,7 +145,9 @@ pub fn save(
         rows.push(floats, &bytes);
     }
     let [of_vertex, of_proxy] = columns(settings.sh_bands, inputs.photon);
-    ply::write_elements(path, &key.comments(), &[(of_vertex, vertex), (of_proxy, rows)])
+    let mut elements = vec![(of_vertex, vertex), (of_proxy, rows)];
+    elements.extend(more);
+    ply::write_elements(path, &key.comments(), &elements)
 }
 
 /// Reads a file that belongs to `key`.
@@ -144,8 +160,22 @@ pub fn load(
     inputs: &Inputs<'_>,
     settings: &DecomposeSettings,
 ) -> Result<Known> {
-    let columns = columns(settings.sh_bands, inputs.photon);
-    let rows = ply::read_elements(path, |comments| key.difference(comments), &columns)?;
+    load_with(path, key, (inputs, settings), &[]).map(|(known, _)| known)
+}
+
+/// As [`load`], with more elements after those of the render.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with(
+    path: &Path,
+    key: &Key,
+    (inputs, settings): (&Inputs<'_>, &DecomposeSettings),
+    more: &[Columns],
+) -> Result<(Known, Vec<Rows>)> {
+    let mut columns = columns(settings.sh_bands, inputs.photon).to_vec();
+    columns.extend_from_slice(more);
+    let mut rows = ply::read_elements(path, |comments| key.difference(comments), &columns)?;
     let damaged = |element: &str, i: usize| {
         Error::input(
             path,
@@ -178,5 +208,5 @@ pub fn load(
     }
     known.proxy = SavedProxy::from_rows(rows[1].iter(&columns[1]), inputs.photon)
         .map_err(|row| damaged(SavedProxy::element(inputs.photon), row))?;
-    Ok(known)
+    Ok((known, rows.split_off(2)))
 }

@@ -27,14 +27,16 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::film::{COMPLETE, Film};
 use crate::method::locations::Locations;
 use crate::method::{MethodStatistics, Rendered};
-use crate::run::{RayKind, Run};
-use crate::sampling::PixelFilter;
+use crate::run::{Ended, RayKind, Run};
+use crate::sampling::{ENDLESS, PixelFilter};
 use crate::settings::section;
 use crate::shading::World;
 pub use pixels::LAYERS;
 use pixels::Pixel;
+pub use resume::KEY;
 
 section! {
     /// Path tracing.
@@ -60,11 +62,25 @@ pub struct PathStatistics {
     pub spp: u32,
     /// Estimated relMSE of the picture's own noise.
     pub noise_relmse: f64,
+    /// Why it ended there.
+    #[serde(rename = "ended_by")]
+    pub ended: Ended,
+}
+
+/// What [`reference`] goes on from, and what it leaves.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Progress<'a> {
+    /// A film that [`reference`] made with `keep_state`: goes on as if it had never stopped.
+    pub earlier: Option<&'a Film>,
+    /// Adds the running sums to the film (layers `state.*`).
+    pub keep_state: bool,
+    /// Returns what is done by then, to be gone on from; some pixels may have no sample yet.
+    pub pause: Option<Instant>,
 }
 
 /// Pixels worked on as one task.
 const BLOCK: usize = 64;
-/// Most samples per pixel between two looks at the error.
+/// Most samples per pixel between two looks at the error; a power of two.
 const MAX_PASS: u32 = 32;
 
 /// Path traces the view until `settings.spp`, `settings.target_error`, the run's deadline, or
@@ -74,46 +90,103 @@ const MAX_PASS: u32 = 32;
 /// [`Error::Setting`] for settings out of range; [`Error::Interrupted`] when cancelled before the
 /// first sample.
 pub fn render(world: &World, settings: &PathSettings, seed: u64, run: &Run) -> Result<Rendered> {
-    reference(world, settings, seed, run, None, false)
+    reference(world, settings, seed, run, Progress::default())
 }
 
-/// As [`render`]; continues `earlier` (a film this function made with `keep_state`) as if it had
-/// never stopped, and with `keep_state` adds the running sums to the film (layers `state.*`).
+/// Samples per pixel at the first look at the error after `n`: 1, 3, 7, 15, 31, 63, 95 …, whatever
+/// run took the first `n`.
+fn next_look(n: u32) -> u32 {
+    if n < MAX_PASS - 1 {
+        (n + 2).next_power_of_two() - 1
+    } else {
+        ((n + 1) / MAX_PASS + 1) * MAX_PASS - 1
+    }
+}
+
+/// As [`render`], in parts: the bits of the finished film are the same however often it was paused,
+/// cancelled and gone on with. A film that was ended before its time has `nearfar.complete` false.
 ///
 /// # Errors
-/// As [`render`], and [`Error::Usage`] when `earlier` is of another scene, size, seed, or setting
-/// that changes samples.
+/// As [`render`], and [`Error::Usage`] when `progress.earlier` is of another scene, size, seed,
+/// backend, or setting that changes samples, or has impossible sums.
 pub fn reference(
     world: &World,
     settings: &PathSettings,
     seed: u64,
     run: &Run,
-    earlier: Option<&crate::film::Film>,
-    keep_state: bool,
+    progress: Progress<'_>,
 ) -> Result<Rendered> {
     settings.validate()?;
     let (width, height) = (world.camera.width, world.camera.height);
-    let count = width as usize * height as usize;
-    let key = resume::fingerprint(world, settings, seed);
-    let mut pixels = match earlier {
+    let key = resume::key(world, settings, seed);
+    let mut pixels = match progress.earlier {
         Some(film) => resume::pixels_from(film, &key, width, height)?,
-        None => vec![Pixel::default(); count],
+        None => vec![Pixel::default(); width as usize * height as usize],
     };
+    let (fewest, ended, error) = take_samples(world, settings, seed, run, (&mut pixels, progress));
+    if ended == Ended::Interrupted && pixels.iter().all(|p| p.count == 0) {
+        return Err(Error::Interrupted);
+    }
+    let error = error.unwrap_or_else(|| pixels::noise(&pixels));
+    let mut film = pixels::film(&pixels, width, height);
+    if progress.keep_state {
+        resume::add_state(&mut film, &pixels);
+    }
+    let limited = settings.spp < ENDLESS || settings.target_error > 0.0;
+    for (name, value) in [
+        (KEY, key),
+        (COMPLETE, (!ended.is_short(limited)).to_string()),
+        ("nearfar.spp", fewest.to_string()),
+        ("nearfar.noise_relmse", format!("{error:e}")),
+    ] {
+        film.header.insert(name.into(), value);
+    }
+    let statistics = PathStatistics { spp: fewest, noise_relmse: error, ended };
+    let statistics = MethodStatistics::Path(statistics);
+    Ok(Rendered { film, statistics, locations: Locations::default() })
+}
+
+/// Takes samples until something ends it: the fewest of a pixel, what ended it, and the error where
+/// it was looked at last.
+fn take_samples(
+    world: &World,
+    settings: &PathSettings,
+    seed: u64,
+    run: &Run,
+    (pixels, progress): (&mut [Pixel], Progress<'_>),
+) -> (u32, Ended, Option<f64>) {
     let view = trace::View::new(world, settings, seed);
-    let phase = run.phase("sample", u64::from(settings.spp) * count as u64);
-    let mut error = f64::INFINITY;
-    let mut pass = 1;
-    let mut fewest = pixels.iter().map(|p| p.count).min().unwrap_or(0);
-    phase.advance(u64::from(fewest) * count as u64);
-    while fewest < settings.spp {
-        let until = (fewest + pass).min(settings.spp);
+    let count = pixels.len() as u64;
+    let phase = run.phase("sample", u64::from(settings.spp) * count);
+    let paused = || progress.pause.is_some_and(|at| Instant::now() >= at);
+    let fewest_of = |pixels: &[Pixel]| pixels.iter().map(|p| p.count).min().unwrap_or(0);
+    let mut fewest = fewest_of(pixels);
+    phase.advance(u64::from(fewest) * count);
+    loop {
+        let looks = fewest >= 4 && (fewest == settings.spp || next_look(fewest - 1) == fewest);
+        let error = (settings.target_error > 0.0 && looks).then(|| pixels::noise(pixels));
+        if error.is_some_and(|error| error < settings.target_error) {
+            return (fewest, Ended::TargetError, error);
+        }
+        if fewest >= settings.spp {
+            return (fewest, Ended::Samples, error);
+        }
+        if let Some(ended) = run.stops().filter(|&e| fewest > 0 || e == Ended::Interrupted) {
+            return (fewest, ended, error);
+        }
+        if paused() {
+            return (fewest, Ended::Paused, error);
+        }
+        let until = next_look(fewest).min(settings.spp);
         run.install(|| {
             pixels.par_chunks_mut(BLOCK).enumerate().for_each(|(block, chunk)| {
                 let mut rays = trace::Rays::default();
                 let mut done = 0;
                 for (k, pixel) in chunk.iter_mut().enumerate() {
-                    if run.cancelled()
-                        || (pixel.count > 0 && run.deadline.is_some_and(|d| Instant::now() >= d))
+                    let stops = run.stops();
+                    if stops == Some(Ended::Interrupted)
+                        || (pixel.count > 0 && stops.is_some())
+                        || paused()
                     {
                         break;
                     }
@@ -129,32 +202,22 @@ pub fn reference(
                 phase.advance(done);
             });
         });
-        fewest = pixels.iter().map(|p| p.count).min().unwrap_or(0);
-        if run.cancelled() || run.deadline.is_some_and(|d| Instant::now() >= d) {
-            break;
+        fewest = fewest_of(pixels);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::next_look;
+
+    #[test]
+    fn looks_at_the_error_do_not_depend_on_where_a_run_began() {
+        let looks: Vec<u32> =
+            std::iter::successors(Some(1), |&n| Some(next_look(n))).take(8).collect();
+        assert_eq!(looks, [1, 3, 7, 15, 31, 63, 95, 127]);
+        for n in 0..127 {
+            let next = *looks.iter().find(|&&look| look > n).unwrap();
+            assert_eq!(next_look(n), next, "{n}");
         }
-        if settings.target_error > 0.0 && fewest >= 4 {
-            error = pixels::noise(&pixels);
-            if error < settings.target_error {
-                break;
-            }
-        }
-        pass = (pass * 2).min(MAX_PASS);
     }
-    drop(phase);
-    if fewest == 0 {
-        return Err(Error::Interrupted);
-    }
-    if error.is_infinite() {
-        error = pixels::noise(&pixels);
-    }
-    let mut film = pixels::film(&pixels, width, height);
-    if keep_state {
-        resume::add_state(&mut film, &pixels);
-    }
-    film.header.insert(resume::KEY.into(), key);
-    film.header.insert("nearfar.spp".into(), fewest.to_string());
-    film.header.insert("nearfar.noise_relmse".into(), format!("{error:e}"));
-    let statistics = MethodStatistics::Path(PathStatistics { spp: fewest, noise_relmse: error });
-    Ok(Rendered { film, statistics, locations: Locations::default() })
 }

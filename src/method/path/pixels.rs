@@ -114,6 +114,14 @@ impl Pixel {
         self.count += 1;
     }
 
+    /// Whether samples can add up to this: finite numbers, and no more hits than samples.
+    pub(super) fn is_possible(&self) -> bool {
+        let hits = self.sums[HITS];
+        self.sums.iter().all(|s| s.is_finite())
+            && (0.0..=f64::from(self.count)).contains(&hits)
+            && (self.count > 0 || self.sums.iter().all(|&s| s == 0.0))
+    }
+
     fn total(&self, c: usize) -> f64 {
         self.sums[HALVES + c] + self.sums[HALVES + 3 + c]
     }

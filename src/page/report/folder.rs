@@ -38,7 +38,8 @@ impl Picture {
     }
 }
 
-/// The EXR files of `dir`, by name; files of halves (`NAME.half0.exr`) belong to their picture.
+/// The EXR files of `dir`, by name; files of halves (`NAME.half0.exr`) belong to their picture, and
+/// partial ones are none yet.
 pub(super) fn pictures_in(dir: &Path) -> Vec<String> {
     let mut names: Vec<String> = std::fs::read_dir(dir)
         .into_iter()
@@ -50,6 +51,7 @@ pub(super) fn pictures_in(dir: &Path) -> Vec<String> {
                 && !n.ends_with(".half0")
                 && !n.ends_with(".half1")
                 && !n.ends_with(".var")
+                && !n.ends_with(".partial")
         })
         .collect();
     names.sort();

@@ -142,7 +142,7 @@ fn cloud(table: &Table) -> (Cloud, bool) {
 /// Writes the page of a table, whole or not at all.
 ///
 /// # Errors
-/// As [`page`], and [`crate::error::Error::Io`] when the system refuses.
+/// As [`page`], and [`crate::error::Error::Write`] when the system refuses.
 pub fn write_page(table: &Table, title: &str, path: &std::path::Path) -> Result<()> {
     crate::atomic_file::write_bytes(path, page(table, title)?)
 }

@@ -48,6 +48,17 @@ impl NearBoxes {
         self.known.is_empty()
     }
 
+    /// All boxes, by their keys.
+    pub fn rows(&self) -> Vec<(u64, NearPart)> {
+        let mut keys: Vec<u64> = self.known.keys().copied().collect();
+        keys.sort_unstable();
+        keys.into_iter().filter_map(|key| Some((key, *self.known.get(&key)?))).collect()
+    }
+    /// From all boxes of an earlier run.
+    pub fn from_rows(rows: impl IntoIterator<Item = (u64, NearPart)>) -> Self {
+        Self { known: rows.into_iter().collect() }
+    }
+
     /// The near part at every point, where `far_at` gives the far field of point i; boxes seen for
     /// the first time are estimated (phase `near`).
     ///
