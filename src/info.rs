@@ -10,6 +10,7 @@ use glam::Vec3;
 use serde::Serialize;
 
 use crate::load::Loaded;
+use crate::memory;
 use crate::method::decompose::DecomposeSettings;
 use crate::radiometry::{MAX_ALBEDO, Rgb, luminance};
 use crate::render::{CAMERA_INSIDE_WALL, camera_inside_wall};
@@ -62,6 +63,8 @@ pub struct SceneInfo {
     pub diagonal: f32,
     /// How large the surroundings of what the camera sees are.
     pub extent: f32,
+    /// About the most that a render of this picture holds, bytes.
+    pub memory_bytes: f64,
     /// Shortest, 10 %, median, 90 % and longest edge.
     pub edges: [f32; 5],
     /// Connected parts.
@@ -130,6 +133,10 @@ pub fn scene_info(loaded: &Loaded, world: &World) -> SceneInfo {
         max: (g.bounds.max.as_dvec3() + loaded.scene.origin).to_array(),
         diagonal: world.diagonal,
         extent: world.extent,
+        memory_bytes: memory::of_render(
+            u64::from(world.camera.width) * u64::from(world.camera.height),
+            g.len() as u64,
+        ),
         edges,
         parts: topology.components,
         closed_parts: topology.closed_components,
@@ -280,6 +287,7 @@ impl std::fmt::Display for SceneInfo {
             self.alpha,
             self.alpha / self.extent
         )?;
+        writeln!(f, "memory      about {} for a picture", memory::size(self.memory_bytes))?;
         writeln!(f, "materials")?;
         for m in &self.materials {
             write!(f, "  {:<24} {:>9} triangles  albedo {}", m.name, m.triangles, v(m.albedo))?;

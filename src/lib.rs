@@ -11,6 +11,7 @@
 //! | Room (rank) | In → out |
 //! |---|---|
 //! | [`error`], [`run`], [`process`] (0) | errors with their fix; progress, cancel; CPU time |
+//! | [`memory`], [`input_file`] (0) | whether what is to be made fits; files that may be read |
 //! | [`settings`], [`length`] (1) | how a room declares what it can be told; a length in settings |
 //! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
 //! | [`atomic_file`] (1) | files that are written whole or not at all |
@@ -80,9 +81,11 @@ pub mod export;
 pub mod ffi;
 pub mod film;
 pub mod info;
+pub mod input_file;
 pub mod length;
 pub mod load;
 pub mod math;
+pub mod memory;
 pub mod method;
 pub mod page;
 pub mod ply;

@@ -10,6 +10,8 @@ const RANKS: &[(&str, u32)] = &[
     ("error", 0),
     ("run", 0),
     ("process", 0),
+    ("memory", 0),
+    ("input_file", 0),
     ("atomic_file", 1),
     ("settings", 1),
     ("length", 1),

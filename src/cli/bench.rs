@@ -12,6 +12,7 @@ use super::options::SceneOptions;
 use crate::atomic_file;
 use crate::bench::backends::{BackendBenchSettings, bench_backends};
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::shading::World;
 
 /// Options of `nearfar bench`.
@@ -119,6 +120,8 @@ pub(super) fn bench(args: &BenchArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         let rows = budget::run(&job, &world, reference, args.stride, args.gather_rays)?;
         return show(&budget::Table(&rows), &rows, args.json.as_deref());
     }
+    let bytes = args.rays as f64 * 400.0;
+    memory::claim(bytes, &format!("a bench of {} rays", args.rays), "give fewer --rays")?;
     let default = BackendBenchSettings::default();
     let settings = BackendBenchSettings {
         rays: args.rays,

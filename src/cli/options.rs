@@ -16,6 +16,7 @@ use crate::accel::Backend;
 use crate::config::{self, Quality, RenderConfig};
 use crate::error::{Error, Result};
 use crate::load::{Loaded, load};
+use crate::memory;
 use crate::run::Run;
 use crate::scene::Scene;
 
@@ -39,6 +40,9 @@ pub(super) struct SceneOptions {
     /// Worker threads; 0: all cores.
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub(super) threads: usize,
+    /// Most memory to take, such as 8G; default: what the machine has.
+    #[arg(long, value_name = "SIZE", value_parser = memory::parse_size)]
+    pub(super) memory_limit: Option<u64>,
     /// Who answers ray queries.
     #[arg(long, value_enum)]
     pub(super) backend: Option<Backend>,
@@ -123,6 +127,7 @@ impl SceneOptions {
     }
 
     fn read(&self) -> Result<Loaded> {
+        memory::set_limit(self.memory_limit.unwrap_or(0));
         let mut overrides = Vec::new();
         for text in &self.assignments {
             overrides.push(config::parse_assignment(text)?);

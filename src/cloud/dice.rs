@@ -17,6 +17,7 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::tessellate::Geometry;
 
 /// How fine.
@@ -43,6 +44,9 @@ pub struct Piece {
     /// Area, scene units squared, with that of neighbours that have no piece of their own.
     pub area: f32,
 }
+
+/// Bytes of an element while its light is computed.
+const ELEMENT: f64 = 300.0;
 
 /// Most elements of a cloud.
 pub const MAX_ELEMENTS: u64 = 400_000_000;
@@ -74,6 +78,7 @@ pub fn dice(geometry: &Geometry, density: Density) -> Result<Vec<Piece>> {
             format!("asks for {count:.0} elements; between 1 and {MAX_ELEMENTS} are possible"),
         ));
     }
+    memory::claim(count * ELEMENT, &format!("a cloud of {count:.0} elements"), "ask for fewer")?;
     let piece_area = total / count.round();
     let (mut run, mut carried, mut plan) = (0.0f64, 0.0f64, Vec::<(u32, u32, f64)>::new());
     for t in 0..geometry.len() as u32 {

@@ -22,6 +22,7 @@ use super::checksum::{CHECKSUM, Checksum};
 use super::order::sort_attributes;
 use crate::atomic_file;
 use crate::error::{Error, Result};
+use crate::{input_file, memory};
 
 /// Most pixels that are read: 2²⁸.
 const MAX_PIXELS: u64 = 1 << 28;
@@ -153,6 +154,9 @@ pub fn read_header(path: &Path) -> Result<BTreeMap<String, String>> {
 
 fn read(path: &Path) -> Result<Film> {
     let fail = |message: String| Error::Image { path: path.into(), message };
+    if let Err(other @ Error::Input { .. }) = input_file::check(path) {
+        return Err(other);
+    }
     check_size(path).map_err(fail)?;
     let image = exr::prelude::read()
         .no_deep_data()
@@ -231,6 +235,7 @@ fn check_size(path: &Path) -> std::result::Result<(), String> {
     let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
     let mut decoded = 0u64;
     let mut largest = 0u64;
+    let mut held = 0.0;
     for header in &meta.headers {
         let pixels = |w: usize, h: usize| (w as u64).saturating_mul(h as u64);
         let window = header.shared_attributes.display_window.size;
@@ -239,12 +244,16 @@ fn check_size(path: &Path) -> std::result::Result<(), String> {
         let channels = header.channels.list.len().max(1) as u64;
         largest = largest.max(shown).max(stored);
         decoded = decoded.saturating_add(stored.saturating_mul(2 * channels));
+        held += (stored + shown) as f64 * 4.0 * channels as f64;
     }
     if largest > MAX_PIXELS {
         return Err(format!("claims {largest} pixels; at most {MAX_PIXELS} are read"));
     }
     if decoded > bytes.saturating_mul(MOST_PER_BYTE) {
         return Err("is damaged: it has too few bytes for the pixels it claims".into());
+    }
+    if !memory::fits(held) {
+        return Err(format!("needs {}, more than memory holds", memory::size(held)));
     }
     Ok(())
 }

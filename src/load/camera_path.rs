@@ -17,6 +17,7 @@ use toml::Spanned;
 
 use super::validate::{check_camera, check_lens};
 use crate::error::{Error, Result};
+use crate::input_file;
 use crate::scene::{Camera, CameraPath};
 
 #[derive(Deserialize)]
@@ -45,8 +46,8 @@ fn line_at(text: &str, at: usize) -> usize {
 /// # Errors
 /// [`Error::Io`]; [`Error::Input`] with the line of what is wrong.
 pub fn load_camera_path(file: &Path, camera: &Camera, origin: DVec3) -> Result<CameraPath> {
-    let text =
-        std::fs::read_to_string(file).map_err(|source| Error::Io { path: file.into(), source })?;
+    let text = String::from_utf8(input_file::read(file)?)
+        .map_err(|_| Error::input(file, None, "is not UTF-8 text; save it as UTF-8"))?;
     parse(file, &text, camera, origin)
 }
 
@@ -55,9 +56,14 @@ fn parse(file: &Path, text: &str, camera: &Camera, origin: DVec3) -> Result<Came
         Error::input(file, e.span().map(|s| line_at(text, s.start)), e.message().replace('\n', " "))
     })?;
     let mut keys: Vec<(f32, Camera)> = Vec::new();
+    let (mut line, mut counted) = (1, 0);
     let timed = entries.key.first().is_some_and(|k| k.get_ref().time.is_some());
     for (i, entry) in entries.key.iter().enumerate() {
-        let (line, k) = (Some(line_at(text, entry.span().start)), entry.get_ref());
+        // Lines are counted on from the key before: there may be very many.
+        let start = entry.span().start.max(counted);
+        line += text[counted..start].matches('\n').count();
+        counted = start;
+        let (line, k) = (Some(line), entry.get_ref());
         let view = Camera {
             eye: (k.eye - origin).as_vec3(),
             target: (k.target - origin).as_vec3(),

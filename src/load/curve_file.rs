@@ -19,6 +19,7 @@ use glam::{DVec3, Vec3};
 
 use super::origin::origin_of;
 use crate::error::{Error, Result};
+use crate::input_file;
 use crate::math::Aabb;
 use crate::radiometry::Rgb;
 use crate::scene::Curves;
@@ -54,7 +55,7 @@ pub fn read_curves(
     width: Option<f32>,
     warnings: &mut Vec<String>,
 ) -> Result<CurveFile> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })?;
+    let bytes = input_file::read(path)?;
     let binary = path.extension().is_some_and(|x| x.eq_ignore_ascii_case("hair"));
     let mut file =
         if binary { read_hair(path, &bytes, warnings)? } else { read_text(path, &bytes, width)? };

@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::{Mat3, Vec3};
 
 use crate::error::{Error, Result};
+use crate::input_file;
 use crate::radiometry::Rgb;
 use crate::scene::Environment;
 
@@ -74,7 +75,7 @@ type Pixels = (usize, usize, Vec<Rgb>);
 /// lines, which is what undoes it.
 fn read_hdr(path: &Path) -> std::result::Result<Pixels, String> {
     let wrong = |e: &dyn std::fmt::Display| format!("is no readable Radiance picture: {e}");
-    let bytes = std::fs::read(path).map_err(|e| wrong(&e))?;
+    let bytes = input_file::read(path).map_err(|e| wrong(&e))?;
     let end =
         bytes.windows(2).position(|w| w == b"\n\n").ok_or_else(|| wrong(&"it has no header"))?;
     let header = String::from_utf8_lossy(&bytes[..end]);

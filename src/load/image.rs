@@ -9,6 +9,7 @@ use std::path::Path;
 use image::{ImageReader, Limits};
 
 use crate::error::{Error, Result};
+use crate::input_file;
 use crate::scene::Texture;
 
 const MAX_SIDE: u32 = 32_768;
@@ -20,6 +21,7 @@ const MAX_BYTES: u64 = 2 << 30;
 /// [`Error::Io`] when the file cannot be read, [`Error::Image`] when it is no image or too large.
 pub fn read_texture(path: &Path) -> Result<Texture> {
     let io = |source| Error::Io { path: path.into(), source };
+    input_file::check(path)?;
     let mut reader = ImageReader::open(path).map_err(io)?.with_guessed_format().map_err(io)?;
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_SIDE);

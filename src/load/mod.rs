@@ -36,6 +36,7 @@ mod view;
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::input_file;
 use crate::scene::Scene;
 
 pub use camera_path::load_camera_path;
@@ -76,8 +77,7 @@ pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded> {
         }
     };
     let read = || {
-        let bytes =
-            std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })?;
+        let bytes = input_file::read(path)?;
         String::from_utf8(bytes)
             .map_err(|_| Error::input(path, None, "is not UTF-8 text; save it as UTF-8"))
     };
@@ -90,7 +90,7 @@ pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded> {
         (text.clone(), text)
     };
     if bare {
-        std::fs::metadata(path).map_err(|source| Error::Io { path: path.into(), source })?;
+        input_file::check(path)?;
     }
     let entry = scene_file::parse(path, &text, overrides)?;
     let mut loaded = assemble::Assembly::new(path, &from).scene(entry)?;

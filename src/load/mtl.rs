@@ -15,6 +15,7 @@ use glam::DVec3;
 use super::mtl_texture::{TextureStatement, parse};
 use super::obj_text::decode;
 use crate::error::{Error, Result};
+use crate::input_file;
 use crate::radiometry::Rgb;
 
 /// A material as an MTL file describes it.
@@ -60,7 +61,7 @@ impl MtlMaterial {
 /// # Errors
 /// [`Error::Io`] when it cannot be read; [`Error::Input`] with the line of a malformed value.
 pub fn read_mtl(path: &Path, warnings: &mut Vec<String>) -> Result<Vec<MtlMaterial>> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })?;
+    let bytes = input_file::read(path)?;
     let text = decode(bytes);
     let mut plain = String::with_capacity(text.len());
     for (index, line) in text.lines().enumerate() {

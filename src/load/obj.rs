@@ -23,6 +23,7 @@ use super::obj_text::{UNNAMED, decode, joined, name, plain};
 use super::origin::origin_of;
 use super::polygon::triangulate;
 use crate::error::{Error, Result};
+use crate::input_file;
 use crate::scene::Mesh;
 
 /// A mesh whose material indices refer to `materials`.
@@ -84,7 +85,7 @@ pub struct Groups {
 /// # Errors
 /// [`Error::Io`] when it cannot be read; [`Error::Input`] with the line of what is wrong.
 pub fn read_groups(path: &Path, single_index: bool, warnings: &mut Vec<String>) -> Result<Groups> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })?;
+    let bytes = input_file::read(path)?;
     let text = match joined(&decode(bytes)) {
         Cow::Owned(text) => text,
         Cow::Borrowed(text) => text.to_owned(),

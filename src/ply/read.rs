@@ -8,6 +8,7 @@ use crc32fast::Hasher;
 
 use super::{CHECKSUM, Columns, Element, Header, Rows};
 use crate::error::{Error, Result};
+use crate::input_file;
 
 /// Bytes of a checksum.
 const SIZE: u64 = 4;
@@ -32,7 +33,7 @@ impl Reader {
     /// little-endian PLY whose first element is `vertex`, with the line of the header.
     pub fn open(path: &Path) -> Result<Self> {
         let io = |source| Error::Io { path: path.into(), source };
-        let file = File::open(path).map_err(io)?;
+        let file = input_file::open(path)?;
         let length = file.metadata().map_err(io)?.len();
         let mut input = BufReader::with_capacity(1 << 18, file);
         let header = Header::read(&mut input)

@@ -18,6 +18,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::scene::Sides;
 use crate::shading::World;
 use crate::tessellate::{Geometry, analyze_topology};
@@ -30,6 +31,8 @@ pub(super) type CellId = u32;
 type Node = u32;
 const LEAF: u32 = 1 << 31;
 const MAX_CELLS: usize = 400_000_000;
+/// Bytes of a cell, its light and the rays that link it.
+const CELL: f64 = 200.0;
 
 /// How long edges of cells may be.
 #[derive(Clone, Copy, Debug)]
@@ -142,7 +145,7 @@ impl Cells {
         let expected: f64 = (0..geometry.len() as u32)
             .map(|t| fineness.count(&geometry.corners(t), geometry.area(t)))
             .sum();
-        if expected > MAX_CELLS as f64 {
+        if expected > MAX_CELLS as f64 || !memory::fits(expected * CELL) {
             return Err(Error::setting(
                 "decompose.near_cell",
                 format!(

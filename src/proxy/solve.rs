@@ -113,7 +113,9 @@ impl<'a> FromPhotons<'a> {
         if own.photons >= settings.neighbours && own.area > 0.0 {
             return (own.flux / own.area, false);
         }
-        let (e, enough) = self.estimates[self.estimate_of[at.index()] as usize];
+        // Surfaces without area have no patches.
+        let estimate = self.estimates.get(self.estimate_of[at.index()] as usize);
+        let (e, enough) = estimate.copied().unwrap_or_default();
         (e, !enough)
     }
 

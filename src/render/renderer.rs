@@ -11,6 +11,7 @@ use crate::denoise::{Parts, denoise};
 use crate::error::{Error, Result};
 use crate::ffi::oidn::Denoiser;
 use crate::film::{Film, read_whole_exr};
+use crate::memory;
 use crate::method::converge::{ConvergeStatistics, Halves};
 use crate::method::locations::Locations;
 use crate::method::{self, Method, converge};
@@ -47,6 +48,9 @@ impl<'a> Renderer<'a> {
     /// A backend or a denoiser that cannot be had; settings out of range.
     pub fn new(scene: &'a Scene, config: &'a RenderConfig, run: &'a Run) -> Result<Self> {
         config.validate()?;
+        let (width, height) = (scene.camera.width, scene.camera.height);
+        let bytes = memory::of_picture(u64::from(width) * u64::from(height));
+        memory::claim(bytes, &format!("a picture of {width}×{height} pixels"), "make it smaller")?;
         let denoiser = config.denoise.open(run)?;
         let world = World::new(scene, config.backend, run)?;
         if run.install(|| camera_inside_wall(&world)) {

@@ -41,7 +41,7 @@ const STEP: usize = 7919;
 /// The part of the distances that lies below the one that counts.
 const SHARE: f64 = 0.75;
 /// Extent over that distance.
-const SPAN: f32 = 2.5;
+const SPAN: f32 = 5.0;
 /// Least extent, as a share of the diagonal.
 const FLOOR: f32 = 1e-6;
 
@@ -146,7 +146,7 @@ mod tests {
         assert_eq!(alone.extent, alone.diagonal);
         let extents = [10.0, 100.0, 1e3, 1e4].map(|ground| world(ground, 1.0).extent);
         for extent in extents {
-            assert!(extent < 2.0 * alone.diagonal && extent > 0.5 * alone.diagonal, "{extent}");
+            assert!(extent < 4.0 * alone.diagonal && extent > alone.diagonal, "{extent}");
             assert!((extent / extents[0] - 1.0).abs() < 0.05, "{extents:?}");
         }
     }

@@ -9,6 +9,7 @@ use super::{LightTable, Surface};
 use crate::accel::{Backend, RayQuery, build};
 use crate::error::Result;
 use crate::math::Ray;
+use crate::memory;
 use crate::run::Run;
 use crate::scene::{Camera, Scene};
 use crate::tessellate::Geometry;
@@ -49,6 +50,9 @@ impl World {
                 geometry.dropped_degenerate, geometry.dropped_duplicate
             ));
         }
+        let count = geometry.len() as u64;
+        let what = format!("a scene of {count} triangles");
+        memory::claim(memory::of_triangles(count), &what, "leave out what is not seen")?;
         let rays = run.install(|| build(backend, &geometry, run.threads()))?;
         let lights = LightTable::new(scene, &geometry);
         let diagonal = geometry.bounds.diagonal();

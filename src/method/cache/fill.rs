@@ -205,7 +205,8 @@ impl Cache {
                     open.par_iter()
                         .map(|&i| {
                             let start = ThreadTime::now();
-                            let key = points.p[i]
+                            // The same in every unit of length.
+                            let key = (points.p[i] / world.diagonal)
                                 .to_array()
                                 .iter()
                                 .fold(0, |h, v| hash64(h ^ u64::from(v.to_bits())));

@@ -1,0 +1,125 @@
+//! Input that is absurd, broken or endless: told in words with exit code 2, and nothing is written.
+
+use std::path::{Path, PathBuf};
+
+use crate::support::{program, temporary};
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+const SKY: &str = "[[light]]\ntype = \"sky\"\nradiance = 1\n";
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        Self(temporary(name))
+    }
+    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> String {
+        std::fs::write(self.0.join(name), content).unwrap();
+        self.at(name)
+    }
+    fn at(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+    /// What is said of arguments that are refused; `{out}` is where nothing may be written.
+    fn refused(&self, arguments: &[&str]) -> String {
+        let out = self.at("out.exr");
+        let arguments: Vec<&str> =
+            arguments.iter().map(|&a| if a == "{out}" { out.as_str() } else { a }).collect();
+        let done = program(&arguments);
+        let said = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert_eq!(done.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(!Path::new(&out).exists(), "{arguments:?} left a file");
+        said
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// What does not fit is refused before it is begun, by the machine's memory or the user's limit.
+#[test]
+fn memory_is_asked_for_before_it_is_taken() {
+    let folder = Folder::new("hostile-memory");
+    let scene = "scenes/cornell-box/cornell-box.toml";
+    let render = ["render", scene, "-q", "-o", "{out}"];
+    let more = |more: &[&str]| folder.refused(&[&render[..], more].concat());
+    let said = more(&["--size", "2048x2048", "--memory-limit", "300M"]);
+    assert!(said.contains("picture of 2048×2048 pixels needs about 1.5 GB"), "{said}");
+    let cells = ["--method", "photon-map", "--set", "decompose.near_cell=0.5"];
+    let said = more(&[&cells[..], &["--memory-limit", "300M"]].concat());
+    assert!(said.contains("use a larger length"), "{said}");
+    assert!(more(&["--memory-limit", "much"]).contains("such as 8G"));
+    let bake = ["cloud", "bake", scene, "-o", "{out}", "--elements", "9000000"];
+    let said = folder.refused(&[&bake[..], &["--memory-limit", "300M"]].concat());
+    assert!(said.contains("a cloud of 9000000 elements needs about"), "{said}");
+    let said = folder.refused(&["bench", scene, "--rays", "1000000000000000000"]);
+    assert!(said.contains("give fewer --rays"), "{said}");
+}
+
+/// A pipe without a writer would be waited for until the end of time.
+#[cfg(unix)]
+#[test]
+fn pipes_are_refused() {
+    let folder = Folder::new("hostile-pipes");
+    let pipe = |name: &str| {
+        let path = folder.at(name);
+        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+        path
+    };
+    let (exr, ply, toml) = (pipe("p.exr"), pipe("p.ply"), pipe("p.toml"));
+    let cornell = "scenes/cornell-box/cornell-box.toml";
+    let mut told = vec![
+        folder.refused(&["render", &toml, "-o", "{out}"]),
+        folder.refused(&["render", cornell, "--load-cache", &ply, "-o", "{out}"]),
+        folder.refused(&["compare", &exr, &exr]),
+        folder.refused(&["fly", cornell, "--path", &toml, "--frames", "2", "-o", "{out}"]),
+    ];
+    for name in ["p.obj", "p.hair", "p.curves"] {
+        pipe(name);
+        let scene = folder.file("s.toml", format!("[[mesh]]\nfile = \"{name}\"\n{SKY}"));
+        told.push(folder.refused(&["render", &scene, "-o", "{out}"]));
+    }
+    pipe("p.png");
+    folder.file("a.obj", SQUARE);
+    let mesh = "[[mesh]]\nfile = \"a.obj\"\nmaterial = \"m\"\n";
+    let texture = "[material.m]\nalbedo_texture = \"p.png\"\n";
+    let scene = folder.file("s.toml", format!("{mesh}{SKY}{texture}"));
+    told.push(folder.refused(&["render", &scene, "-o", "{out}"]));
+    for said in told {
+        assert!(said.contains("is a pipe or a device"), "{said}");
+    }
+}
+
+/// Very many of something small takes no longer than it must.
+#[test]
+fn long_camera_paths_are_read() {
+    let folder = Folder::new("hostile-path");
+    let keys: String = (0..100_000)
+        .map(|i| format!("[[key]]\neye = [{i}, 0, 5]\ntarget = [{i}, 0, 0]\n"))
+        .collect();
+    let path = folder.file("p.toml", keys);
+    let camera = nearfar::scene::Camera::default();
+    let read =
+        |path: &str| nearfar::load::load_camera_path(Path::new(path), &camera, glam::DVec3::ZERO);
+    assert!((read(&path).unwrap().frame(1, 2).eye.x - 99_999.0).abs() < 1e-2);
+    let last = format!("{}[[key]]\neye = [0, 0, 0]\ntarget = [0, 0, 0]\n", "\n\n".repeat(50));
+    let said = read(&folder.file("q.toml", last)).unwrap_err().to_string();
+    assert!(said.contains("q.toml:101:"), "{said}");
+}
+
+/// Surfaces whose area is lost in single precision are black to the methods that need area.
+#[test]
+fn hair_without_width_is_no_panic() {
+    let folder = Folder::new("hostile-hair");
+    folder.file("c.curves", "0 0 0 1e-30\n0 1 0 1e-30\n\n0 0 0 1e-30\n1 0 0 1e-30\n");
+    let scene = folder.file("s.toml", format!("[[mesh]]\nfile = \"c.curves\"\n{SKY}"));
+    for method in ["decomposition", "photon-map", "course", "gather"] {
+        let out = folder.at("o.exr");
+        let done =
+            program(&["render", &scene, "-q", "--size", "16x12", "--method", method, "-o", &out]);
+        assert!(done.status.success(), "{method}: {}", String::from_utf8_lossy(&done.stderr));
+    }
+}

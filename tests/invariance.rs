@@ -1,0 +1,108 @@
+//! Pictures do not depend on the unit of length, on where zero is and on which axis is upwards, and
+//! no layer holds what is no light.
+
+use glam::{Mat3, Vec3};
+use nearfar::RenderConfig;
+use nearfar::film::Film;
+use nearfar::method::Method;
+use nearfar::run::Run;
+use nearfar::scene::{Light, Scene};
+
+use crate::support::small_room;
+
+const METHODS: [Method; 5] =
+    [Method::Path, Method::Decomposition, Method::IrradianceCache, Method::Gather, Method::Direct];
+
+/// The small room with every position `p` replaced by `turn · p · scale + shift`.
+fn moved(turn: Mat3, scale: f32, shift: Vec3) -> Scene {
+    let mut scene = small_room();
+    let at = |p: Vec3| turn * p * scale + shift;
+    for mesh in &mut scene.meshes {
+        mesh.positions.iter_mut().for_each(|p| *p = at(*p));
+    }
+    let camera = &mut scene.camera;
+    (camera.eye, camera.target, camera.up) = (at(camera.eye), at(camera.target), turn * camera.up);
+    for light in &mut scene.lights {
+        if let Light::Quad { corner, edge1, edge2, .. } = light {
+            (*corner, *edge1, *edge2) = (at(*corner), turn * *edge1 * scale, turn * *edge2 * scale);
+        }
+    }
+    scene
+}
+
+fn picture(scene: &Scene, method: Method, spp: u32) -> Film {
+    let mut config = RenderConfig::default();
+    (config.path.spp, config.record.spp, config.gather.rays) = (spp, 4, 64);
+    nearfar::render(scene, &config, method, &Run::new(2).unwrap()).unwrap().film
+}
+
+fn mean(film: &Film) -> f64 {
+    let all = film.rgb("").unwrap();
+    all.iter().map(|c| f64::from(c.element_sum())).sum::<f64>() / all.len() as f64
+}
+
+/// A power of two changes the exponents of lengths and nothing else.
+#[test]
+fn powers_of_two_give_the_same_bits() {
+    for method in METHODS {
+        let plain = picture(&small_room(), method, 4);
+        for scale in [1.0 / 1024.0, 4096.0] {
+            let scaled = picture(&moved(Mat3::IDENTITY, scale, Vec3::ZERO), method, 4);
+            assert!(plain.rgb("") == scaled.rgb(""), "{method:?} × {scale}");
+        }
+    }
+}
+
+/// Rounding moves a picture by less than a thousandth.
+#[test]
+fn other_units_and_places_give_the_same_picture() {
+    for method in METHODS {
+        let plain = mean(&picture(&small_room(), method, 64));
+        for (scale, shift) in [
+            (1e-3, Vec3::ZERO),
+            (1e3, Vec3::ZERO),
+            (1e6, Vec3::ZERO),
+            (1e-6, Vec3::ZERO),
+            (1.0, Vec3::new(20.0, -10.0, 5.0)),
+        ] {
+            let found = mean(&picture(&moved(Mat3::IDENTITY, scale, shift), method, 64));
+            // Rounding also decides, now and then, which points share a cluster or a record: other
+            // rays are shot there.
+            let clusters = matches!(method, Method::Decomposition | Method::IrradianceCache);
+            let bound = if clusters { 5e-3 } else { 1e-3 };
+            let error = (found / plain - 1.0).abs();
+            assert!(error < bound, "{method:?} × {scale} + {shift}: {found}, not {plain}");
+        }
+    }
+}
+
+/// Turned scenes have other random directions: their means agree within their noise.
+#[test]
+fn any_axis_may_be_upwards() {
+    let axes = Mat3::from_cols(Vec3::Y, Vec3::Z, Vec3::X);
+    let oblique = Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 1.0);
+    for method in METHODS {
+        let plain = mean(&picture(&small_room(), method, 128));
+        for turn in [axes, oblique] {
+            let found = mean(&picture(&moved(turn, 1.0, Vec3::ZERO), method, 128));
+            // Path tracing has 98,000 paths whose deviation is about 1.3 of their mean: 0.4 %;
+            // the others are smoother.
+            assert!((found / plain - 1.0).abs() < 0.015, "{method:?}: {found} {plain}");
+        }
+    }
+}
+
+/// Colours are finite and not negative in every layer of every method.
+#[test]
+fn every_layer_holds_light() {
+    for method in Method::ALL {
+        let film = picture(&small_room(), method, 2);
+        for (name, values) in &film.channels {
+            let colour = [".R", ".G", ".B"].iter().any(|c| name.ends_with(c))
+                || ["R", "G", "B"].contains(&name.as_str());
+            let signed = ["near", "far", "error"].iter().any(|layer| name.starts_with(layer));
+            let bad = values.iter().find(|v| !v.is_finite() || (**v < 0.0 && !signed));
+            assert!(!colour || bad.is_none(), "{method:?} {name} {bad:?}");
+        }
+    }
+}
