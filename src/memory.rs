@@ -111,7 +111,7 @@ pub fn parse_size(text: &str) -> std::result::Result<u64, String> {
         _ => 1.0,
     };
     match digits.trim().parse::<f64>().map(|n| n * factor) {
-        Ok(bytes) if bytes >= 1e6 && bytes < 1e18 => Ok(bytes as u64),
+        Ok(bytes) if (1e6..1e18).contains(&bytes) => Ok(bytes as u64),
         _ => Err("write a size of at least 1M, such as 8G or 500M".into()),
     }
 }
