@@ -340,7 +340,10 @@ fn far_scenes_are_the_plain_one() {
             let text = case.1.clone();
             let moved = picture(case, method);
             let ratio = mean(&moved) / mean(&plain);
-            assert!((ratio - 1.0).abs() < 1e-3, "{method} {ratio} {text}");
+            // Places follow a grid through zero: elsewhere it cuts the room differently, and other
+            // rays are shot.
+            let bound = if method == "path" { 1e-3 } else { 1e-2 };
+            assert!((ratio - 1.0).abs() < bound, "{method} {ratio} {text}");
             let (p, q) = (plain.xyz("P").unwrap(), moved.xyz("P").unwrap());
             let hit = p.iter().position(|p| p.length() > 0.1).unwrap();
             let error = (q[hit].as_dvec3() - p[hit].as_dvec3() - glam::DVec3::from_array(at)).abs();
