@@ -79,7 +79,7 @@ fn converging_keeps_the_models_figures() {
 #[test]
 fn only_some_methods_keep_their_work() {
     let (scene, config, run) = (room(), config(), Run::new(2).unwrap());
-    let renderer = Renderer::new(&scene, &config, &run).unwrap();
+    let mut renderer = Renderer::new(&scene, &config, &run).unwrap();
     let folder = temporary("door-kept");
     for method in Method::ALL {
         let file = folder.join(format!("{}.ply", method.name()));
@@ -96,6 +96,33 @@ fn only_some_methods_keep_their_work() {
             }
             Err(other) => panic!("{other}"),
         }
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// Where lengths follow the view, kept work brings its own: another view goes on from it.
+#[test]
+fn kept_work_fits_another_view_outdoors() {
+    let mut scene = room();
+    let mut ground = nearfar::scene::Mesh::default();
+    let corner = |x: f32, z: f32| glam::Vec3::new(x, -0.01, z) * 1e3;
+    let corners = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
+    crate::support::quad(&mut ground, corners, 0);
+    scene.meshes.push(ground);
+    let (config, run, folder) = (config(), Run::new(2).unwrap(), temporary("door-outdoors"));
+    for method in [Method::Decomposition, Method::IrradianceCache] {
+        let file = folder.join(format!("{}.ply", method.name()));
+        let mut first = Renderer::new(&scene, &config, &run).unwrap();
+        assert!(first.world().extent < 0.5 * first.world().diagonal);
+        first
+            .render_keeping(method, &Kept { save: Some(file.clone()), ..Kept::default() })
+            .unwrap();
+        let mut moved = scene.clone();
+        moved.camera.eye += glam::Vec3::new(0.1, 0.05, 0.0);
+        let mut second = Renderer::new(&moved, &config, &run).unwrap();
+        assert!(second.world().extent != first.world().extent, "the views are alike");
+        second.render_keeping(method, &Kept { load: Some(file), ..Kept::default() }).unwrap();
+        assert_eq!(second.world().extent, first.world().extent);
     }
     std::fs::remove_dir_all(folder).unwrap();
 }

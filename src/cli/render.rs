@@ -172,7 +172,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         let method = args.method.name();
         job.run.warn(format!("--time-limit: method {method} cannot be stopped before it is done"));
     }
-    let renderer = Renderer::new(&job.scene, &job.config, &job.run)?;
+    let mut renderer = Renderer::new(&job.scene, &job.config, &job.run)?;
     if args.is_progressive() {
         stop::keeps();
     }

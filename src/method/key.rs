@@ -5,15 +5,25 @@
 //! comment nearfar irradiance cache 3                     kind and version of the content
 //! comment scene meshes=… materials=… textures=… lights=…  crate::scene::Fingerprint
 //! comment settings {"cache.rays":512,…}                  the settings that matter, as JSON
+//! comment surroundings 7.25 1.5 1 2                     extent and midst of what was seen
 //! ```
+//! Lengths follow the surroundings of the view; who starts from a file takes those of the file
+//! ([`surroundings_of`]), so that what was kept fits another view too.
+//!
 //! A file with another key is refused, with what differs and how to mend it: the first setting by
 //! name and both values, or the parts of the scene. Settings that are not left out by name count: a
 //! new setting makes earlier files stale, never wrong.
 
+use std::path::Path;
+
+use glam::Vec3;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use crate::error::Result;
+use crate::ply;
 use crate::scene::Fingerprint;
+use crate::shading::World;
 
 /// Kind, version, scene and settings of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,12 +32,31 @@ pub struct Key {
     version: u32,
     scene: Fingerprint,
     settings: Map<String, Value>,
+    surroundings: Option<[f32; 4]>,
+}
+
+/// Extent and midst of what was seen where a file was made; none where it does not say.
+///
+/// # Errors
+/// When it is no file of points.
+pub fn surroundings_of(file: &Path) -> Result<Option<(f32, Vec3)>> {
+    let reader = ply::Reader::open(file)?;
+    let comments = &reader.header().comments;
+    let numbers = comments.iter().find_map(|c| c.strip_prefix("surroundings "));
+    let numbers: Vec<f32> =
+        numbers.unwrap_or_default().split(' ').filter_map(|n| n.parse().ok()).collect();
+    Ok(match numbers[..] {
+        [extent, x, y, z] if extent > 0.0 && numbers.iter().all(|n| n.is_finite()) => {
+            Some((extent, Vec3::new(x, y, z)))
+        }
+        _ => None,
+    })
 }
 
 impl Key {
     /// A key without settings. `kind` is what the file is: "irradiance cache".
     pub fn new(kind: &'static str, version: u32, scene: Fingerprint) -> Self {
-        Self { kind, version, scene, settings: Map::new() }
+        Self { kind, version, scene, settings: Map::new(), surroundings: None }
     }
 
     /// With every key of a settings section but those left out.
@@ -45,14 +74,24 @@ impl Key {
         self
     }
 
+    /// With the surroundings that lengths follow.
+    pub fn seen(mut self, world: &World) -> Self {
+        let [x, y, z] = world.midst.to_array();
+        self.surroundings = Some([world.extent, x, y, z]);
+        self
+    }
+
     /// Header comments.
     pub fn comments(&self) -> Vec<String> {
         let settings = Value::Object(self.settings.clone());
-        vec![
+        let mut comments = vec![
             format!("nearfar {} {}", self.kind, self.version),
             format!("scene {}", self.scene),
             format!("settings {settings}"),
-        ]
+        ];
+        comments
+            .extend(self.surroundings.map(|[e, x, y, z]| format!("surroundings {e} {x} {y} {z}")));
+        comments
     }
 
     /// Why a file with these comments does not belong here.

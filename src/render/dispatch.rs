@@ -50,7 +50,8 @@ fn decomposed(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Re
     let (world, run) = (renderer.world(), renderer.run());
     let (settings, inputs) = (&config.decompose, config.inputs(world.extent));
     // The key reads the whole scene: made only where there is a file to compare it with.
-    let key = || store::key(Fingerprint::new(renderer.scene()), &inputs, settings, world.extent);
+    let scene = || Fingerprint::new(renderer.scene());
+    let key = || store::key(scene(), &inputs, settings, world.extent).seen(world);
     let prepared = match &kept.load {
         Some(path) => {
             let known = store::load(path, &key(), &inputs, settings)?;
@@ -71,7 +72,7 @@ fn cached(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result
     use cache::store;
     let (world, run) = (renderer.world(), renderer.run());
     let (settings, inputs) = (&config.cache, config.inputs(world.extent));
-    let key = || store::key(Fingerprint::new(renderer.scene()), &inputs, settings);
+    let key = || store::key(Fingerprint::new(renderer.scene()), &inputs, settings).seen(world);
     let earlier = kept.load.as_deref().map(|path| store::load(path, &key())).transpose()?;
     let (rendered, cache) = cache::render(world, settings, inputs, earlier, run)?;
     if let Some(path) = &kept.save {

@@ -23,7 +23,7 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::method::decompose::near::boxes::NearBoxes;
 use crate::method::decompose::{self, NearNoise, Prepared, store};
-use crate::method::key::Key;
+use crate::method::key::{Key, surroundings_of};
 use crate::method::{Method, MethodStatistics};
 use crate::run::Run;
 use crate::scene::{Camera, Fingerprint, Scene};
@@ -106,10 +106,13 @@ impl<'a> Flight<'a> {
         }
         let mark = film_mark(scene, config, &views, reuse, kept.load.as_deref())?;
         let mut renderer = Renderer::new(scene, config, run)?;
-        renderer.world_mut().follow(&views, run);
+        match kept.load.as_deref().map(surroundings_of).transpose()?.flatten() {
+            Some(of_file) => renderer.world_mut().surround(of_file),
+            None => renderer.world_mut().follow(&views, run),
+        }
         let world = renderer.world();
         let (settings, inputs) = (&config.decompose, config.inputs(world.extent));
-        let key = store::key(Fingerprint::new(scene), &inputs, settings, world.extent);
+        let key = store::key(Fingerprint::new(scene), &inputs, settings, world.extent).seen(world);
         let of_film = key.clone().with_value("film", mark);
         let mut flight = Self {
             next: kept.checkpoint.as_ref().and_then(|c| Instant::now().checked_add(c.every)),
@@ -222,7 +225,7 @@ impl<'a> Flight<'a> {
         let (world, config) = (self.renderer.world(), self.renderer.config());
         let inputs = config.inputs(world.extent);
         let scene = Fingerprint::new(self.renderer.scene());
-        let key = store::key(scene, &inputs, &config.decompose, world.extent);
+        let key = store::key(scene, &inputs, &config.decompose, world.extent).seen(world);
         store::save(path, &key, &store::Known::new(prepared), &inputs, &config.decompose)
     }
 }

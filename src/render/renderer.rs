@@ -13,6 +13,7 @@ use crate::ffi::oidn::Denoiser;
 use crate::film::{Film, read_whole_exr};
 use crate::memory;
 use crate::method::converge::{ConvergeStatistics, Halves};
+use crate::method::key::surroundings_of;
 use crate::method::locations::Locations;
 use crate::method::{self, Method, converge};
 use crate::run::{Ended, Run};
@@ -84,16 +85,22 @@ impl<'a> Renderer<'a> {
     ///
     /// # Errors
     /// As [`super::render`].
-    pub fn render(&self, method: Method) -> Result<Rendered> {
+    pub fn render(&mut self, method: Method) -> Result<Rendered> {
         self.render_keeping(method, &Kept::default())
     }
 
-    /// As [`Self::render`], from and to files of kept work.
+    /// As [`Self::render`], from and to files of kept work. Lengths follow the view that a loaded
+    /// file was made for.
     ///
     /// # Errors
     /// As [`super::render`]; [`Error::Usage`] for a method that keeps nothing; files of other
     /// scenes, settings or versions, and those that cannot be read or written.
-    pub fn render_keeping(&self, method: Method, kept: &Kept) -> Result<Rendered> {
+    pub fn render_keeping(&mut self, method: Method, kept: &Kept) -> Result<Rendered> {
+        if let Some(file) = kept.load.as_deref().filter(|_| method.keeps())
+            && let Some(of_file) = surroundings_of(file)?
+        {
+            self.world.surround(of_file);
+        }
         let converging = self.config.converge.enabled;
         if converging && matches!(method, Method::Path | Method::PhotonMap) {
             let message = format!(

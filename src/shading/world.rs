@@ -68,6 +68,11 @@ impl World {
             run.install(|| surroundings(&*self.rays, &self.geometry, views));
     }
 
+    /// Takes over the extent and the midst of earlier work.
+    pub fn surround(&mut self, (extent, midst): (f32, Vec3)) {
+        (self.extent, self.midst) = (extent, midst);
+    }
+
     /// The surface a ray meets, facing back along it.
     pub fn closest(&self, ray: &Ray) -> Option<Surface> {
         self.rays.closest(ray).map(|hit| Surface::new(&self.geometry, &hit, -ray.dir))
