@@ -6,7 +6,7 @@
 #   make peers    the methods beside Mitsuba 3 with and without a denoiser; SCENE=scene.toml REFERENCE=truth.exr PEERS="--size 640x360"
 #   make reference, make readme   the Cornell box's ground truth, and the README's pictures and numbers, made again
 #   make gallery  every scene by three methods with its ground truth, and gallery/index.html; ARGS=--quick in minutes; goes on where it stopped
-#   make lint     formatting, clippy and documentation, without warnings
+#   make lint     formatting, clippy and documentation, without warnings; licences and sources of all crates
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .PHONY: render install test test-embree test-bvh bench peers lint setup setup-test reference readme gallery
@@ -79,3 +79,5 @@ lint: setup
 	$(CARGO) check --release --no-default-features --target-dir target/bvh
 	$(CARGO) check --release --no-default-features --features embree
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --no-deps
+	$(CARGO) deny --version >/dev/null 2>&1 || $(CARGO) install cargo-deny --locked
+	$(CARGO) deny check licenses bans sources
