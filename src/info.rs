@@ -132,7 +132,7 @@ pub fn scene_info(loaded: &Loaded, world: &World) -> SceneInfo {
         min: (g.bounds.min.as_dvec3() + loaded.scene.origin).to_array(),
         max: (g.bounds.max.as_dvec3() + loaded.scene.origin).to_array(),
         diagonal: world.diagonal,
-        extent: world.extent,
+        extent: world.around.extent,
         memory_bytes: memory::of_render(
             u64::from(world.camera.width) * u64::from(world.camera.height),
             g.len() as u64,
@@ -146,7 +146,7 @@ pub fn scene_info(loaded: &Loaded, world: &World) -> SceneInfo {
         one_sided_share: topology.closed_of_triangle.iter().filter(|c| **c).count() as f32
             / g.len().max(1) as f32,
         lights: lights(&loaded.scene, g),
-        alpha: DecomposeSettings::default().lengths(world.extent).alpha,
+        alpha: DecomposeSettings::default().lengths(world.around.extent).alpha,
         materials,
         notes: loaded.notes.clone(),
         warnings,
@@ -246,15 +246,14 @@ fn lights(scene: &Scene, g: &Geometry) -> Vec<LightLine> {
 
 impl std::fmt::Display for SceneInfo {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let user = |a: [f64; 3]| format!("[{:.4}, {:.4}, {:.4}]", a[0], a[1], a[2]);
-        let v = |a: [f32; 3]| format!("[{:.4}, {:.4}, {:.4}]", a[0], a[1], a[2]);
+        let v = |a: [f64; 3]| format!("[{:.4}, {:.4}, {:.4}]", a[0], a[1], a[2]);
         writeln!(f, "scene       {}", self.name)?;
         writeln!(f, "triangles   {} in {} meshes", self.triangles, self.meshes)?;
         writeln!(
             f,
             "bounds      {} to {}, diagonal {:.4}",
-            user(self.min),
-            user(self.max),
+            v(self.min),
+            v(self.max),
             self.diagonal
         )?;
         let [least, low, median, high, most] = self.edges.map(|e| e / self.diagonal);
@@ -290,12 +289,18 @@ impl std::fmt::Display for SceneInfo {
         writeln!(f, "memory      about {} for a picture", memory::size(self.memory_bytes))?;
         writeln!(f, "materials")?;
         for m in &self.materials {
-            write!(f, "  {:<24} {:>9} triangles  albedo {}", m.name, m.triangles, v(m.albedo))?;
+            write!(
+                f,
+                "  {:<24} {:>9} triangles  albedo {}",
+                m.name,
+                m.triangles,
+                v(m.albedo.map(f64::from))
+            )?;
             if let Some(texture) = &m.texture {
                 write!(f, " × {texture}")?;
             }
             if m.emission != [0.0; 3] {
-                write!(f, "  emits {}", v(m.emission))?;
+                write!(f, "  emits {}", v(m.emission.map(f64::from)))?;
             }
             writeln!(f, "{}", if m.masked { "  masked" } else { "" })?;
         }

@@ -1,42 +1,22 @@
 //! Input that is absurd, broken or endless: told in words with exit code 2, and nothing is written.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use crate::support::{program, temporary};
+use crate::support::{Folder, program};
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 const SKY: &str = "[[light]]\ntype = \"sky\"\nradiance = 1\n";
 
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        Self(temporary(name))
-    }
-    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> String {
-        std::fs::write(self.0.join(name), content).unwrap();
-        self.at(name)
-    }
-    fn at(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-    /// What is said of arguments that are refused; `{out}` is where nothing may be written.
-    fn refused(&self, arguments: &[&str]) -> String {
-        let out = self.at("out.exr");
-        let arguments: Vec<&str> =
-            arguments.iter().map(|&a| if a == "{out}" { out.as_str() } else { a }).collect();
-        let done = program(&arguments);
-        let said = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert_eq!(done.status.code(), Some(2), "{arguments:?}: {said}");
-        assert!(!Path::new(&out).exists(), "{arguments:?} left a file");
-        said
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
+/// What is said of arguments that are refused; `{out}` is where nothing may be written.
+fn refused(folder: &Folder, arguments: &[&str]) -> String {
+    let out = folder.at("out.exr");
+    let arguments: Vec<&str> =
+        arguments.iter().map(|&a| if a == "{out}" { out.as_str() } else { a }).collect();
+    let done = program(&arguments);
+    let said = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert_eq!(done.status.code(), Some(2), "{arguments:?}: {said}");
+    assert!(!Path::new(&out).exists(), "{arguments:?} left a file");
+    said
 }
 
 /// What does not fit is refused before it is begun, by the machine's memory or the user's limit.
@@ -45,7 +25,7 @@ fn memory_is_asked_for_before_it_is_taken() {
     let folder = Folder::new("hostile-memory");
     let scene = "scenes/cornell-box/cornell-box.toml";
     let render = ["render", scene, "-q", "-o", "{out}"];
-    let more = |more: &[&str]| folder.refused(&[&render[..], more].concat());
+    let more = |more: &[&str]| refused(&folder, &[&render[..], more].concat());
     let said = more(&["--size", "2048x2048", "--memory-limit", "300M"]);
     assert!(said.contains("picture of 2048×2048 pixels needs about 1.5 GB"), "{said}");
     let cells = ["--method", "photon-map", "--set", "decompose.near_cell=0.5"];
@@ -53,9 +33,9 @@ fn memory_is_asked_for_before_it_is_taken() {
     assert!(said.contains("use a larger length"), "{said}");
     assert!(more(&["--memory-limit", "much"]).contains("such as 8G"));
     let bake = ["cloud", "bake", scene, "-o", "{out}", "--elements", "9000000"];
-    let said = folder.refused(&[&bake[..], &["--memory-limit", "300M"]].concat());
+    let said = refused(&folder, &[&bake[..], &["--memory-limit", "300M"]].concat());
     assert!(said.contains("a cloud of 9000000 elements needs about"), "{said}");
-    let said = folder.refused(&["bench", scene, "--rays", "1000000000000000000"]);
+    let said = refused(&folder, &["bench", scene, "--rays", "1000000000000000000"]);
     assert!(said.contains("give fewer --rays"), "{said}");
 }
 
@@ -72,22 +52,27 @@ fn pipes_are_refused() {
     let (exr, ply, toml) = (pipe("p.exr"), pipe("p.ply"), pipe("p.toml"));
     let cornell = "scenes/cornell-box/cornell-box.toml";
     let mut told = vec![
-        folder.refused(&["render", &toml, "-o", "{out}"]),
-        folder.refused(&["render", cornell, "--load-cache", &ply, "-o", "{out}"]),
-        folder.refused(&["compare", &exr, &exr]),
-        folder.refused(&["fly", cornell, "--path", &toml, "--frames", "2", "-o", "{out}"]),
+        refused(&folder, &["render", &toml, "-o", "{out}"]),
+        refused(&folder, &["render", cornell, "--load-cache", &ply, "-o", "{out}"]),
+        refused(&folder, &["compare", &exr, &exr]),
+        refused(&folder, &["reference", cornell, "--resume", &exr, "-o", "{out}"]),
+        refused(
+            &folder,
+            &["fly", cornell, "--to-eye", "0,0,9", "--load-cache", &ply, "-o", "{out}"],
+        ),
+        refused(&folder, &["fly", cornell, "--path", &toml, "--frames", "2", "-o", "{out}"]),
     ];
     for name in ["p.obj", "p.hair", "p.curves"] {
         pipe(name);
         let scene = folder.file("s.toml", format!("[[mesh]]\nfile = \"{name}\"\n{SKY}"));
-        told.push(folder.refused(&["render", &scene, "-o", "{out}"]));
+        told.push(refused(&folder, &["render", &scene, "-o", "{out}"]));
     }
     pipe("p.png");
     folder.file("a.obj", SQUARE);
     let mesh = "[[mesh]]\nfile = \"a.obj\"\nmaterial = \"m\"\n";
     let texture = "[material.m]\nalbedo_texture = \"p.png\"\n";
     let scene = folder.file("s.toml", format!("{mesh}{SKY}{texture}"));
-    told.push(folder.refused(&["render", &scene, "-o", "{out}"]));
+    told.push(refused(&folder, &["render", &scene, "-o", "{out}"]));
     for said in told {
         assert!(said.contains("is a pipe or a device"), "{said}");
     }

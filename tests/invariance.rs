@@ -8,7 +8,7 @@ use nearfar::method::Method;
 use nearfar::run::Run;
 use nearfar::scene::{Light, Scene};
 
-use crate::support::small_room;
+use crate::support::{quick, small_room};
 
 const METHODS: [Method; 5] =
     [Method::Path, Method::Decomposition, Method::IrradianceCache, Method::Gather, Method::Direct];
@@ -35,8 +35,7 @@ fn picture(scene: &Scene, method: Method, spp: u32) -> Film {
 }
 
 fn picture_of_seed(scene: &Scene, method: Method, spp: u32, seed: u64) -> Film {
-    let mut config = RenderConfig { seed, ..RenderConfig::default() };
-    (config.path.spp, config.record.spp, config.gather.rays) = (spp, 4, 64);
+    let config = RenderConfig { seed, ..quick(spp) };
     nearfar::render(scene, &config, method, &Run::new(2).unwrap()).unwrap().film
 }
 

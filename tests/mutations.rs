@@ -1,7 +1,7 @@
 //! Binary files with bytes changed, cut out, doubled and replaced by extreme numbers: every reader
 //! reads them or says what is wrong, and takes no memory that the file cannot fill.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nearfar::error::Error;
 use nearfar::film::{Film, Precision, read_exr, write_exr};
@@ -9,7 +9,7 @@ use nearfar::sampling::{Rng, Stream};
 use nearfar::scene::Camera;
 use nearfar::tessellate::Geometry;
 
-use crate::support::temporary;
+use crate::support::Folder;
 
 const CASES: u64 = 400;
 const EXTREMES: [u32; 8] =
@@ -42,8 +42,8 @@ fn mutated(good: &[u8], case: u64) -> Vec<u8> {
 
 /// Lets `read` look at changed copies of `good` under `name`; returns how many were read.
 fn survives(name: &str, good: &[u8], read: impl Fn(&Path) -> Result<(), Error>) -> usize {
-    let folder: PathBuf = temporary(&format!("mutations-{name}"));
-    let path = folder.join(name);
+    let folder = Folder::new(&format!("mutations-{name}"));
+    let path = folder.0.join(name);
     std::fs::write(&path, good).unwrap();
     read(&path).unwrap();
     let mut accepted = 0;
@@ -54,7 +54,6 @@ fn survives(name: &str, good: &[u8], read: impl Fn(&Path) -> Result<(), Error>) 
             Err(e) => assert!(e.exit_code() == 2 && !e.to_string().is_empty(), "{case}: {e}"),
         }
     }
-    std::fs::remove_dir_all(&folder).unwrap();
     accepted
 }
 
@@ -81,12 +80,10 @@ fn film() -> Film {
 }
 
 fn exr() -> Vec<u8> {
-    let folder = temporary("mutations-made");
-    let path = folder.join("f.exr");
+    let folder = Folder::new("mutations-made");
+    let path = folder.0.join("f.exr");
     write_exr(&film(), &path, Precision::Full).unwrap();
-    let bytes = std::fs::read(&path).unwrap();
-    std::fs::remove_dir_all(&folder).unwrap();
-    bytes
+    std::fs::read(&path).unwrap()
 }
 
 #[test]
@@ -142,8 +139,8 @@ fn hair_and_text_curves() {
 
 #[test]
 fn clouds_cages_and_camera_paths() {
-    let folder = temporary("mutations-cloud");
-    let path = folder.join("c.ply");
+    let folder = Folder::new("mutations-cloud");
+    let path = folder.0.join("c.ply");
     let cloud = nearfar::cloud::Cloud {
         p: (0..20).map(|i| glam::Vec3::splat(i as f32)).collect(),
         n: vec![glam::Vec3::Y; 20],
@@ -153,7 +150,6 @@ fn clouds_cages_and_camera_paths() {
     };
     nearfar::cloud::write_cloud(&path, &cloud, &["a comment".into()]).unwrap();
     let ply = std::fs::read(&path).unwrap();
-    std::fs::remove_dir_all(&folder).unwrap();
     let read = survives("c.ply", &ply, |path| nearfar::cloud::read_cloud(path).map(drop));
     // What is changed in the rows is known by the checksum; the header has slack.
     assert!(read < CASES as usize / 4, "{read} of {CASES} changed clouds were read");

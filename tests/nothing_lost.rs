@@ -1,38 +1,14 @@
 //! What is done is not lost: killed and stopped renders go on to the same bits, old files stay
 //! until new ones are whole, and what cannot be kept is said.
 
-use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use nearfar::film::read_header;
 
+use crate::support::Folder;
+
 const SCENE: &str = "scenes/cornell-box/cornell-box.toml";
-
-/// A folder that is removed when the test is over.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        Self(crate::support::temporary(&format!("lost-{name}")))
-    }
-    fn at(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-    fn names(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(&self.0).unwrap();
-        let mut names: Vec<String> =
-            entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
-        names.sort();
-        names
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 fn nearfar(arguments: &[&str]) -> Output {
     crate::support::program(arguments)
@@ -135,7 +111,7 @@ fn killed(folder: &Folder, command: &[&str], kills: &dyn Fn(&[&str], Duration)) 
 #[test]
 fn what_is_killed_goes_on_to_the_same_bits() {
     for (i, command) in PROGRESSIVE.iter().enumerate() {
-        let folder = Folder::new(&format!("killed-{i}"));
+        let folder = Folder::new(&format!("lost-killed-{i}"));
         let partial = folder.at("o.partial.exr");
         killed(&folder, command, &|going, _| {
             for _ in 0..2 {
@@ -153,7 +129,7 @@ fn what_is_killed_goes_on_to_the_same_bits() {
 fn what_is_killed_at_random_moments_goes_on_to_the_same_bits() {
     for round in 0..7 {
         for (i, command) in PROGRESSIVE.iter().enumerate() {
-            let folder = Folder::new(&format!("random-{round}-{i}"));
+            let folder = Folder::new(&format!("lost-random-{round}-{i}"));
             let mut moments = Moments(100 * round + i as u64);
             let moments = std::cell::RefCell::new(&mut moments);
             killed(&folder, command, &|going, time| {
@@ -161,7 +137,7 @@ fn what_is_killed_at_random_moments_goes_on_to_the_same_bits() {
             });
         }
         for reuse in ["plan", "extend", "none"] {
-            let folder = Folder::new(&format!("random-{round}-{reuse}"));
+            let folder = Folder::new(&format!("lost-random-{round}-{reuse}"));
             let kept = ["--reuse", reuse, "--checkpoint", "0.000001"];
             let begin = Instant::now();
             assert_eq!(nearfar(&strings(&fly(&folder, "whole", &kept))).status.code(), Some(0));
@@ -180,7 +156,7 @@ fn what_is_killed_at_random_moments_goes_on_to_the_same_bits() {
 #[cfg(unix)]
 fn ctrl_c_leaves_the_finished_picture_and_says_what_is_kept() {
     for (i, command) in PROGRESSIVE.iter().enumerate() {
-        let folder = Folder::new(&format!("stopped-{i}"));
+        let folder = Folder::new(&format!("lost-stopped-{i}"));
         let (whole, out, stats) = (folder.at("whole.exr"), folder.at("o.exr"), folder.at("o.json"));
         assert_eq!(nearfar(&[command, &["-o", &whole][..]].concat()).status.code(), Some(0));
         std::fs::copy(&whole, &out).unwrap();
@@ -224,7 +200,7 @@ fn strings(words: &[String]) -> Vec<&str> {
 #[test]
 fn a_film_goes_on_at_the_frame_where_it_stopped() {
     for reuse in ["plan", "extend", "none"] {
-        let folder = Folder::new(&format!("film-{reuse}"));
+        let folder = Folder::new(&format!("lost-film-{reuse}"));
         let kept = ["--reuse", reuse, "--checkpoint", "0.000001"];
         let whole = nearfar(&strings(&fly(&folder, "whole", &kept)));
         assert_eq!(whole.status.code(), Some(0), "{}", said(&whole));
@@ -247,7 +223,7 @@ fn a_film_goes_on_at_the_frame_where_it_stopped() {
 
 #[test]
 fn frames_of_two_films_do_not_mix() {
-    let folder = Folder::new("films");
+    let folder = Folder::new("lost-films");
     let film = |more: &[&str]| nearfar(&strings(&fly(&folder, "film", more)));
     assert_eq!(film(&[]).status.code(), Some(0));
     let frame = folder.at("film/frame_0002.exr");
@@ -273,7 +249,7 @@ fn frames_of_two_films_do_not_mix() {
 /// Every bit of a file counts.
 #[test]
 fn a_damaged_file_is_refused_with_its_name() {
-    let folder = Folder::new("damaged");
+    let folder = Folder::new("lost-damaged");
     let at = |name: &str| folder.at(name);
     let (begun, cache, cloud) = (at("begun.exr"), at("cache.ply"), at("cloud.ply"));
     let (out, small) = (at("o.exr"), ["--size", "16x12", "-q"]);
@@ -307,7 +283,7 @@ fn a_damaged_file_is_refused_with_its_name() {
 #[test]
 #[cfg(unix)]
 fn a_film_that_is_stopped_says_how_far_it_came() {
-    let folder = Folder::new("film-stopped");
+    let folder = Folder::new("lost-film-stopped");
     let mut child = start(&strings(&fly(&folder, "film", &["--checkpoint", "0.000001"])));
     until(&mut child, || std::path::Path::new(&folder.at("film/frame_0001.exr")).exists());
     interrupt(&child);
@@ -321,7 +297,7 @@ fn a_film_that_is_stopped_says_how_far_it_came() {
 #[test]
 #[cfg(target_os = "linux")]
 fn ctrl_c_does_not_wait_for_what_keeps_nothing() {
-    let folder = Folder::new("large");
+    let folder = Folder::new("lost-large");
     let large = ["scenes/atrium/atrium.toml", "--set", "mesh.0.parameters.detail=3"];
     for command in ["render", "reference"] {
         let out = folder.at("o.exr");
@@ -345,7 +321,7 @@ fn ctrl_c_does_not_wait_for_what_keeps_nothing() {
 /// The scene is not there either: what is told first was looked at first.
 #[test]
 fn outputs_are_tried_before_the_scene_is_read() {
-    let folder = Folder::new("outputs");
+    let folder = Folder::new("lost-outputs");
     let (locked, long) = (folder.at("locked"), folder.at(&"x".repeat(252)));
     std::fs::create_dir(folder.at("in.exr")).unwrap();
     std::fs::create_dir(folder.at("in.ply")).unwrap();
@@ -385,7 +361,7 @@ fn outputs_are_tried_before_the_scene_is_read() {
 #[test]
 #[cfg(unix)]
 fn a_picture_whose_folder_is_gone_is_rescued() {
-    let folder = Folder::new("rescued");
+    let folder = Folder::new("lost-rescued");
     let (gone, other) = (folder.at("gone"), folder.at("other"));
     std::fs::create_dir(&gone).unwrap();
     std::fs::create_dir(&other).unwrap();
@@ -410,7 +386,7 @@ fn a_picture_whose_folder_is_gone_is_rescued() {
 
 #[test]
 fn a_time_limit_that_comes_too_early_is_told() {
-    let folder = Folder::new("late");
+    let folder = Folder::new("lost-late");
     let (out, stats) = (folder.at("o.exr"), folder.at("o.json"));
     let files = ["-o", &out, "--stats", &stats, "--size", "16x12", "--time-limit", "0.2"];
     for (asked, complete) in [

@@ -79,7 +79,8 @@ fn occlusion_errors(
     let cloud = areas(&world, elements);
     let tree = Hierarchy::new(&cloud, settings.hitsides).unwrap();
     let record = nearfar::record::RecordSettings { spp: 4, ..config.record.clone() };
-    let inputs = nearfar::method::stage::Inputs { record: &record, ..config.inputs(world.extent) };
+    let inputs =
+        nearfar::method::stage::Inputs { record: &record, ..config.inputs(world.around.extent) };
     let layers = gather_picture(&world, &cloud, &tree, settings, inputs, &run).unwrap();
     let traced = traced_occlusion(&world, &layers.samples.points, settings, rays, 3, &run).unwrap();
     let count = traced.len() as f64;
@@ -134,7 +135,8 @@ fn interpolated_gathers_are_those_of_every_point() {
     let cloud = areas(&world, 40_000);
     let tree = Hierarchy::new(&cloud, HitSides::Both).unwrap();
     let record = nearfar::record::RecordSettings { spp: 1, ..config.record.clone() };
-    let inputs = nearfar::method::stage::Inputs { record: &record, ..config.inputs(world.extent) };
+    let inputs =
+        nearfar::method::stage::Inputs { record: &record, ..config.inputs(world.around.extent) };
     let layers = |maxvariation: f32| {
         gather_picture(
             &world,
@@ -184,7 +186,7 @@ fn smaller_groups_bring_it_closer_to_all_elements_one_by_one() {
         bounces: 1,
         ..PointBasedSettings::default()
     };
-    let inputs = config.inputs(world.extent);
+    let inputs = config.inputs(world.around.extent);
     let proxy = inputs.proxy();
     let cloud = bake(&world, &settings, proxy, 1, &run).unwrap();
     let tree = Hierarchy::new(&cloud, HitSides::Both).unwrap();
@@ -227,7 +229,7 @@ fn the_cornell_box_is_the_ground_truth() {
     let (world, run, config) =
         (world(&scene, Backend::Bvh), Run::new(2).unwrap(), RenderConfig::default());
     let settings = PointBasedSettings::default();
-    let film = render(&world, &settings, config.inputs(world.extent), &run).unwrap().film;
+    let film = render(&world, &settings, config.inputs(world.around.extent), &run).unwrap().film;
     let truth = read_exr(file.replace(".toml", ".exr").as_ref()).unwrap();
     assert_eq!((truth.width, truth.height), (256, 256));
     let (got, truth) = (film.rgb("").unwrap(), truth.rgb("").unwrap());
@@ -250,7 +252,7 @@ fn the_cornell_box_is_the_ground_truth() {
             .unwrap()
             .film;
     let photon = PointBasedSettings { radiosity: RadiositySource::Photon, ..settings };
-    let by_proxy = render(&world, &photon, config.inputs(world.extent), &run).unwrap().film;
+    let by_proxy = render(&world, &photon, config.inputs(world.around.extent), &run).unwrap().film;
     let layer = |film: &nearfar::film::Film, name: &str| film.rgb(name).unwrap();
     let irradiance = |film: &nearfar::film::Film| -> Vec<Rgb> {
         let seen = layer(film, "albedo")
@@ -292,7 +294,7 @@ fn threads_do_not_matter() {
     let settings =
         PointBasedSettings { elements: 5000, bounces: 2, ..PointBasedSettings::default() };
     let picture = |threads: usize| {
-        render(&world, &settings, config.inputs(world.extent), &Run::new(threads).unwrap())
+        render(&world, &settings, config.inputs(world.around.extent), &Run::new(threads).unwrap())
             .unwrap()
             .film
             .channels

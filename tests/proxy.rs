@@ -367,7 +367,7 @@ fn need_by_landings_makes_light_where_rays_landed_and_keeps_what_was() {
     let lamps = vec![lamp(0.5), lamp(2.5)];
     let mut w = world(vec![quads(&walls, 0, Sides::One)], vec![gray(0.5)], lamps);
     // Wherever the camera is, both rooms get cells of the same size.
-    w.extent = w.diagonal;
+    w.around.extent = w.diagonal;
     let run = Run::new(2).unwrap();
     let landings = |x: f32| -> Vec<Landing> {
         [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z]

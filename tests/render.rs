@@ -113,16 +113,16 @@ fn kept_work_fits_another_view_outdoors() {
     for method in [Method::Decomposition, Method::IrradianceCache] {
         let file = folder.join(format!("{}.ply", method.name()));
         let mut first = Renderer::new(&scene, &config, &run).unwrap();
-        assert!(first.world().extent < 0.5 * first.world().diagonal);
+        assert!(first.world().around.extent < 0.5 * first.world().diagonal);
         first
             .render_keeping(method, &Kept { save: Some(file.clone()), ..Kept::default() })
             .unwrap();
         let mut moved = scene.clone();
         moved.camera.eye += glam::Vec3::new(0.1, 0.05, 0.0);
         let mut second = Renderer::new(&moved, &config, &run).unwrap();
-        assert!(second.world().extent != first.world().extent, "the views are alike");
+        assert!(second.world().around.extent != first.world().around.extent, "the views are alike");
         second.render_keeping(method, &Kept { load: Some(file), ..Kept::default() }).unwrap();
-        assert_eq!(second.world().extent, first.world().extent);
+        assert_eq!(second.world().around.extent, first.world().around.extent);
     }
     std::fs::remove_dir_all(folder).unwrap();
 }

@@ -47,7 +47,7 @@ impl Settings {
         }
     }
     fn inputs(&self, w: &World) -> Inputs<'_> {
-        let near_cell = self.decompose.lengths(w.diagonal).near_cell;
+        let near_cell = self.decompose.lengths(w.around.extent).near_cell;
         Inputs {
             near_cell,
             photon: &self.photon,
@@ -57,7 +57,7 @@ impl Settings {
         }
     }
     fn key(&self, scene: &Scene, w: &World) -> Key {
-        key(Fingerprint::new(scene), &self.inputs(w), &self.decompose, w.diagonal)
+        key(Fingerprint::new(scene), &self.inputs(w), &self.decompose, w)
     }
 }
 
@@ -250,7 +250,7 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
     let last = with(&|s| {
         s.decompose.near_rays = 4;
         s.decompose.near_noise = Some(NearNoise::World);
-        s.decompose.alpha = Length::Units(s.decompose.lengths(w.diagonal).alpha);
+        s.decompose.alpha = Length::Units(s.decompose.lengths(w.around.extent).alpha);
         s.record.spp = 9;
     });
     assert!(load(&file, &last, &s.inputs(&w), &s.decompose).is_ok());

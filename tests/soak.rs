@@ -1,18 +1,15 @@
 //! Many pictures in one process, from one thread and from several: the same bits, and no growth.
 
-use nearfar::RenderConfig;
 use nearfar::film::Film;
 use nearfar::method::Method;
 use nearfar::process::resident_bytes;
 use nearfar::run::Run;
 use nearfar::scene::Scene;
 
-use crate::support::small_room;
+use crate::support::{quick, small_room};
 
 fn picture(scene: &Scene, method: Method, threads: usize) -> Film {
-    let mut config = RenderConfig::default();
-    (config.path.spp, config.record.spp, config.gather.rays) = (2, 2, 16);
-    nearfar::render(scene, &config, method, &Run::new(threads).unwrap()).unwrap().film
+    nearfar::render(scene, &quick(2), method, &Run::new(threads).unwrap()).unwrap().film
 }
 
 /// Every channel but those that tell time.

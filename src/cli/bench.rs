@@ -15,6 +15,9 @@ use crate::error::{Error, Result};
 use crate::memory;
 use crate::shading::World;
 
+/// Bytes of a recorded ray with what every backend answers, all streams together.
+const RECORDED: f64 = 400.0;
+
 /// Options of `nearfar bench`.
 #[derive(Debug, Args)]
 pub(super) struct BenchArgs {
@@ -120,7 +123,7 @@ pub(super) fn bench(args: &BenchArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         let rows = budget::run(&job, &world, reference, args.stride, args.gather_rays)?;
         return show(&budget::Table(&rows), &rows, args.json.as_deref());
     }
-    let bytes = args.rays as f64 * 400.0;
+    let bytes = args.rays as f64 * RECORDED;
     memory::claim(bytes, &format!("a bench of {} rays", args.rays), "give fewer --rays")?;
     let default = BackendBenchSettings::default();
     let settings = BackendBenchSettings {

@@ -35,7 +35,7 @@ pub(super) fn run(
     budget(
         world,
         &job.config.decompose,
-        job.config.inputs(world.extent),
+        job.config.inputs(world.around.extent),
         &truth,
         stride,
         gather_rays,

@@ -24,7 +24,7 @@ use crate::load::load_camera_path;
 use crate::method::Method;
 use crate::method::decompose::NearNoise;
 use crate::process;
-use crate::render::{Checkpoint, Flight, Kept, Reuse, RunStatistics, film_mark};
+use crate::render::{Checkpoint, Flight, Kept, Reuse, RunStatistics, Shots};
 use crate::scene::{Camera, CameraPath, Scene};
 
 /// Options of `nearfar fly`.
@@ -180,10 +180,11 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     }
     let job = job;
     let views = views(args, &job.scene)?;
-    let mark = film_mark(&job.scene, &job.config, &views, args.reuse, args.load_cache.as_deref())?;
+    let load = args.load_cache.as_deref();
+    let shots = Shots::new(&job.scene, &job.config, views.clone(), args.reuse, load)?;
     std::fs::create_dir_all(&args.output)
         .map_err(|source| Error::Io { path: args.output.clone(), source })?;
-    let shelf = Shelf::new(&args.output, &mark, &args.image, args.replace);
+    let shelf = Shelf::new(&args.output, shots.mark(), &args.image, args.replace);
     let state = args.output.join(STATE);
     shelf.check()?;
     let start = process::cpu_seconds();
@@ -195,8 +196,7 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         resume: (args.resume && shares && state.exists()).then(|| state.clone()),
         checkpoint: Some(Checkpoint { file: state.clone(), every }),
     };
-    let mut flight =
-        Flight::new(&job.scene, &job.config, views.clone(), args.reuse, &kept, &job.run)?;
+    let mut flight = Flight::new(&job.scene, &job.config, shots, &kept, &job.run)?;
     let done = match (args.resume, shares) {
         (true, false) => shelf.done(views.len()),
         _ => flight.done(),
@@ -217,7 +217,7 @@ pub(super) fn fly(args: &FlyArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
         let file = shelf.frame(i);
         let (mut film, [clusters, clusters_added, sides_added]) = if i < done {
             let mut film = shelf.read(i)?;
-            film.move_positions(-job.scene.origin);
+            film.rebase(job.scene.origin);
             (film, [0; 3])
         } else {
             let made = flight.frame(i).map_err(|error| stopped(error, i, args))?;

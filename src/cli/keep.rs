@@ -100,7 +100,6 @@ impl KeepOptions {
         if !film.header.contains_key(SUMS_OF) {
             return Error::Interrupted;
         }
-        film.move_positions(job.scene.origin);
         film.header.insert("nearfar.scene".into(), job.path.display().to_string());
         let file = partial(&output.output);
         let kept = || {

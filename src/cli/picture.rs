@@ -106,7 +106,6 @@ impl ImageOptions {
     /// # Errors
     /// When the system refuses.
     pub(super) fn write(&self, film: &mut Film, path: &Path, job: &Job) -> Result<()> {
-        film.move_positions(job.scene.origin);
         self.keep(film, &job.run);
         film.header.insert("nearfar.scene".into(), job.path.display().to_string());
         let _phase = job.run.phase("write", 1);

@@ -192,7 +192,7 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
     write_samples(args, &film, marks.as_deref(), &locations)?;
     if let Some(path) = &args.photons {
         let world = renderer.world();
-        let inputs = job.config.inputs(world.extent).proxy();
+        let inputs = job.config.inputs(world.around.extent).proxy();
         photon_map::write_photons(world, inputs, path, &job.run)?;
     }
     finish(&args.output, &job, &mut statistics)

@@ -1,6 +1,6 @@
 //! The folder of a film: frames that say in their headers whose they are.
 //!
-//! `nearfar.film` holds the mark of the film ([`crate::render::film_mark`]) and of how its frames
+//! `nearfar.film` holds the mark of the film ([`crate::render::Shots::mark`]) and of how its frames
 //! are written. Frames of another mark, or of none, are never mixed with those of this film: they
 //! are refused, or made again and removed where the user says so.
 
@@ -10,7 +10,7 @@ use super::options::Job;
 use super::picture::ImageOptions;
 use crate::error::{Error, Result};
 use crate::film::{Film, read_header, read_whole_exr};
-use crate::sampling::hash_bytes;
+use crate::sampling::Words;
 
 /// Header attribute of the mark.
 const MARK: &str = "nearfar.film";
@@ -30,8 +30,9 @@ impl<'a> Shelf<'a> {
         image: &'a ImageOptions,
         replace: bool,
     ) -> Self {
-        let written = hash_bytes(0, format!("{image:?}").as_bytes());
-        Self { folder, mark: format!("{mark}-{written:016x}"), image, replace }
+        let mut written = Words(0);
+        written.bytes(format!("{image:?}").as_bytes());
+        Self { folder, mark: format!("{mark}-{:016x}", written.0), image, replace }
     }
 
     /// The file of a frame, 0-based.

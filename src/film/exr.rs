@@ -20,6 +20,8 @@ use exr::prelude::{
 use super::Film;
 use super::checksum::{CHECKSUM, Checksum};
 use super::order::sort_attributes;
+use glam::DVec3;
+
 use crate::atomic_file;
 use crate::error::{Error, Result};
 use crate::{input_file, memory};
@@ -45,7 +47,7 @@ fn stays_full(name: &str) -> bool {
     ["P", "depth", "variance", "samples", "cluster", "state"].contains(&layer)
 }
 
-/// Writes all channels and the header.
+/// Writes all channels and the header; positions in the user's space.
 ///
 /// # Errors
 /// [`Error::Image`] when a channel's length is not width · height or the film is empty;
@@ -55,6 +57,11 @@ pub fn write_exr(film: &Film, path: &Path, precision: Precision) -> Result<()> {
     let count = film.width as usize * film.height as usize;
     if count == 0 || film.channels.is_empty() {
         return Err(fail("an image without pixels or channels cannot be written".into()));
+    }
+    if film.origin != DVec3::ZERO {
+        let mut film = film.clone();
+        film.rebase(DVec3::ZERO);
+        return write_exr(&film, path, precision);
     }
     let plain = |text: &str| -> String {
         text.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect()
@@ -112,8 +119,8 @@ pub fn write_exr(film: &Film, path: &Path, precision: Precision) -> Result<()> {
 /// they are those of the first layer that has them, or all of them Y.
 ///
 /// # Errors
-/// [`Error::Image`] when the file is missing, is no EXR, is damaged, or claims to be larger than it
-/// can be.
+/// [`Error::Input`] for a pipe; [`Error::Image`] when the file is missing, is no EXR, is damaged,
+/// or claims to be larger than it can be.
 pub fn read_exr(path: &Path) -> Result<Film> {
     let mut film = read(path)?;
     name_beauty(&mut film);
@@ -141,8 +148,9 @@ pub fn read_whole_exr(path: &Path) -> Result<Film> {
 /// The text attributes of a file.
 ///
 /// # Errors
-/// [`Error::Image`] when the file is missing or no EXR.
+/// [`Error::Input`] for a pipe; [`Error::Image`] when the file is missing or no EXR.
 pub fn read_header(path: &Path) -> Result<BTreeMap<String, String>> {
+    refuse_pipes(path)?;
     let meta = exr::meta::MetaData::read_from_file(path, false)
         .map_err(|e| Error::Image { path: path.into(), message: reason(e) })?;
     let attributes = meta
@@ -152,11 +160,17 @@ pub fn read_header(path: &Path) -> Result<BTreeMap<String, String>> {
     Ok(attributes.collect())
 }
 
+/// A file that is missing is told by who opens it.
+fn refuse_pipes(path: &Path) -> Result<()> {
+    match input_file::check(path) {
+        Err(Error::Io { .. }) => Ok(()),
+        other => other.map(drop),
+    }
+}
+
 fn read(path: &Path) -> Result<Film> {
     let fail = |message: String| Error::Image { path: path.into(), message };
-    if let Err(other @ Error::Input { .. }) = input_file::check(path) {
-        return Err(other);
-    }
+    refuse_pipes(path)?;
     check_size(path).map_err(fail)?;
     let image = exr::prelude::read()
         .no_deep_data()

@@ -33,6 +33,8 @@ pub struct Film {
     pub width: u32,
     /// Rows.
     pub height: u32,
+    /// Zero of layer `P` in the user's space, in which files have it.
+    pub origin: glam::DVec3,
     /// Full channel name → values, row by row from the top.
     pub channels: BTreeMap<String, Vec<f32>>,
     /// Text attributes of the header (settings, seed, version, time).
@@ -60,16 +62,16 @@ impl Film {
             self.channels.insert(channel(layer, suffix), values.iter().map(|c| c[i]).collect());
         }
     }
-    /// Moves layer `P` by `origin` where there are hits: from world space to the user's.
-    pub fn move_positions(&mut self, origin: glam::DVec3) {
-        let hit: Option<Vec<bool>> =
-            self.channels.get("depth.Z").map(|depth| depth.iter().map(|z| z.is_finite()).collect());
+    /// Makes layer `P` relative to another origin, where there are hits.
+    pub fn rebase(&mut self, origin: glam::DVec3) {
+        let by = self.origin - origin;
+        self.origin = origin;
+        let depth = self.channels.get("depth.Z").cloned();
+        let hit = |i: usize| depth.as_ref().and_then(|d| d.get(i)).is_none_or(|z| z.is_finite());
         for (axis, suffix) in ["X", "Y", "Z"].into_iter().enumerate() {
             let values = self.channels.get_mut(&channel("P", suffix));
-            for (i, value) in values.into_iter().flatten().enumerate() {
-                if hit.as_ref().is_none_or(|hit| hit[i]) {
-                    *value = (f64::from(*value) + origin[axis]) as f32;
-                }
+            for (_, value) in values.into_iter().flatten().enumerate().filter(|(i, _)| hit(*i)) {
+                *value = (f64::from(*value) + by[axis]) as f32;
             }
         }
     }

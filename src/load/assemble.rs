@@ -13,7 +13,7 @@ use super::environment::read_environment;
 use super::normals::smooth;
 use super::obj::{Obj, read_obj};
 use super::obj_cage::read_cage;
-use super::origin::{Placement, origin_of};
+use super::origin::{Pose, origin_of};
 use super::path::resolve;
 use super::scene_file::{
     CameraEntry, CurvesEntry, LightEntry, MeshEntry, Normals, SceneFile, Triple, line_at,
@@ -86,8 +86,8 @@ impl<'a> Assembly<'a> {
         }
         self.loaded.scene.origin = self.origin(&shapes, &entry.light)?;
         let mut around = Aabb::EMPTY;
-        for (index, shape, placement) in &mut shapes {
-            if let Some(matrix) = placement.world_from_shape(self.loaded.scene.origin) {
+        for (index, shape, pose) in &mut shapes {
+            if let Some(matrix) = pose.world_from_shape(self.loaded.scene.origin) {
                 let span = entry.mesh[*index].span();
                 shape.transform(&matrix).or_else(|m| self.fail(&span, m))?;
             }
@@ -110,7 +110,7 @@ impl<'a> Assembly<'a> {
     /// Where the scene should have its zero.
     fn origin(
         &self,
-        shapes: &[(usize, Shape, Placement)],
+        shapes: &[(usize, Shape, Pose)],
         lights: &[Spanned<LightEntry>],
     ) -> Result<DVec3> {
         let lamps: Vec<DVec3> = lights
@@ -121,24 +121,18 @@ impl<'a> Assembly<'a> {
                 _ => None,
             })
             .collect();
-        let mut starts = vec![0];
-        for (_, shape, _) in shapes {
-            starts.push(starts[starts.len() - 1] + shape.points().len());
-        }
-        let end = starts[shapes.len()];
-        let vertex = |i: usize| match i.checked_sub(end) {
-            Some(lamp) => lamps[lamp],
-            None => {
-                let k = starts.partition_point(|&start| start <= i) - 1;
-                shapes[k].2.user(shapes[k].1.points()[i - starts[k]].as_dvec3())
-            }
-        };
+        let count = shapes.iter().map(|(_, shape, _)| shape.points().len()).sum::<usize>();
+        let of_shapes = shapes
+            .iter()
+            .flat_map(|(_, shape, pose)| shape.points().iter().map(move |p| (*pose, p.as_dvec3())));
+        let of_lamps = lamps.iter().map(|&p| (Pose::default(), p));
         let scene = |m: String| Error::input(self.file, None, format!("the scene {m}"));
-        origin_of(end + lamps.len(), vertex).map_err(scene)
+        origin_of(count + lamps.len(), of_shapes.chain(of_lamps), |(pose, p)| pose.user(p))
+            .map_err(scene)
     }
 
     /// What an entry gives, and where it is.
-    fn shapes(&mut self, entry: &Spanned<MeshEntry>) -> Result<Vec<(Shape, Placement)>> {
+    fn shapes(&mut self, entry: &Spanned<MeshEntry>) -> Result<Vec<(Shape, Pose)>> {
         let (span, e) = (entry.span(), entry.get_ref());
         let (mut shapes, object_origin, names) = match (&e.file, &e.builtin) {
             (Some(file), None) => {
@@ -200,8 +194,8 @@ impl<'a> Assembly<'a> {
         for m in shapes.iter_mut().flat_map(Shape::materials_mut) {
             *m = names[*m as usize];
         }
-        let placement = Placement { object_origin, user_from_object };
-        Ok(shapes.into_iter().map(|shape| (shape, placement)).collect())
+        let pose = Pose { object_origin, user_from_object };
+        Ok(shapes.into_iter().map(|shape| (shape, pose)).collect())
     }
 
     fn curve_settings(&self, e: &CurvesEntry, span: &Range<usize>) -> Result<CurveSettings> {
@@ -310,7 +304,7 @@ impl<'a> Assembly<'a> {
                 let angles = e.rotate_deg.unwrap_or_default() * (std::f64::consts::PI / 180.0);
                 let rotation = DQuat::from_euler(EulerRot::XYZEx, angles.x, angles.y, angles.z);
                 DAffine3::from_scale_rotation_translation(
-                    e.scale.map_or(DVec3::ONE, DVec3::from),
+                    e.scale.map_or(DVec3::ONE, |s| DVec3::from_array(s.three())),
                     rotation,
                     e.translate.unwrap_or_default(),
                 )

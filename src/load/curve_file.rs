@@ -144,7 +144,7 @@ fn read_text(path: &Path, bytes: &[u8], width: Option<f32>) -> Result<CurveFile>
     }
     end(points.len(), &mut starts);
     let origin =
-        origin_of(points.len(), |i| points[i].0).map_err(|m| Error::input(path, None, m))?;
+        origin_of(points.len(), points.iter(), |p| p.0).map_err(|m| Error::input(path, None, m))?;
     let mut curves = Curves::default();
     for pair in starts.windows(2) {
         let near = |&(p, width): &(DVec3, f32)| ((p - origin).as_vec3(), width);

@@ -144,11 +144,7 @@ pub fn read_groups(path: &Path, single_index: bool, warnings: &mut Vec<String>) 
     if !models.iter().all(|m| finite(&m.mesh)) {
         return Err(fail("a number is not finite".into()));
     }
-    let mut starts = vec![0];
-    for model in &models {
-        starts.push(starts[starts.len() - 1] + model.mesh.positions.len() / 3);
-    }
-    let count = starts[models.len()];
+    let count = models.iter().map(|m| m.mesh.positions.len() / 3).sum::<usize>();
     if count >= u32::MAX as usize {
         return Err(Error::input(
             path,
@@ -156,11 +152,9 @@ pub fn read_groups(path: &Path, single_index: bool, warnings: &mut Vec<String>) 
             "has more vertices than 32-bit indices can count; split it into several meshes",
         ));
     }
-    let vertex = |i: usize| {
-        let model = starts.partition_point(|&start| start <= i) - 1;
-        DVec3::from_slice(&models[model].mesh.positions[3 * (i - starts[model])..])
-    };
-    let origin = origin_of(count, vertex).map_err(|m| Error::input(path, None, m))?;
+    let vertices = models.iter().flat_map(|m| m.mesh.positions.chunks_exact(3));
+    let origin =
+        origin_of(count, vertices, DVec3::from_slice).map_err(|m| Error::input(path, None, m))?;
     Ok(Groups { text, models, origin, materials })
 }
 

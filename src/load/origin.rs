@@ -12,7 +12,7 @@
 //! nearly all do, keeps it and every bit of its coordinates.
 //!
 //! The same rule gives every file an origin of its own (`obj`, `curve_file`), so that a transform
-//! meets small numbers too; [`Placement`] joins both. Cost: one pass over at most [`SAMPLE`]
+//! meets small numbers too; [`Pose`] joins both. Cost: one pass over at most [`SAMPLE`]
 //! vertices.
 
 use glam::{DAffine3, DVec3, Mat4};
@@ -25,13 +25,17 @@ const SAMPLE: usize = 1 << 16;
 /// Fewest steps of double precision across a scene.
 const STEPS: f64 = 4096.0;
 
-/// The origin of vertices, `count` of them, of which every so many are asked for by number.
+/// The origin of `count` vertices, of which every so many are asked for their place.
 ///
 /// # Errors
 /// What is wrong where even double precision cannot tell the vertices apart.
-pub fn origin_of(count: usize, vertex: impl Fn(usize) -> DVec3) -> Result<DVec3, String> {
-    let points: Vec<DVec3> =
-        (0..count).step_by(count.div_ceil(SAMPLE).max(1)).map(vertex).collect();
+pub fn origin_of<V>(
+    count: usize,
+    vertices: impl Iterator<Item = V>,
+    place: impl Fn(V) -> DVec3,
+) -> Result<DVec3, String> {
+    let step = count.div_ceil(SAMPLE).max(1);
+    let points: Vec<DVec3> = vertices.step_by(step).map(place).collect();
     if points.is_empty() {
         return Ok(DVec3::ZERO);
     }
@@ -59,14 +63,14 @@ pub fn origin_of(count: usize, vertex: impl Fn(usize) -> DVec3) -> Result<DVec3,
 
 /// How the points of a shape, which are relative to an origin of their own, come into the scene.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Placement {
+pub struct Pose {
     /// The zero of the shape's coordinates, object space.
     pub object_origin: DVec3,
     /// From object space to the user's space; none: they are the same.
     pub user_from_object: Option<DAffine3>,
 }
 
-impl Placement {
+impl Pose {
     /// The place of a point of the shape, the user's space.
     pub fn user(&self, p: DVec3) -> DVec3 {
         let p = p + self.object_origin;
@@ -98,7 +102,7 @@ mod tests {
     }
 
     fn of(points: &[DVec3]) -> Result<DVec3, String> {
-        origin_of(points.len(), |i| points[i])
+        origin_of(points.len(), points.iter(), |p| *p)
     }
 
     #[test]
@@ -129,12 +133,12 @@ mod tests {
             glam::DQuat::from_rotation_y(0.5),
             DVec3::new(5e6, 0.0, 0.0),
         );
-        let placement = Placement { object_origin: far, user_from_object: Some(back) };
-        let origin = placement.user(DVec3::ZERO).round();
-        let matrix = placement.world_from_shape(origin).unwrap();
+        let pose = Pose { object_origin: far, user_from_object: Some(back) };
+        let origin = pose.user(DVec3::ZERO).round();
+        let matrix = pose.world_from_shape(origin).unwrap();
         let p = glam::Vec3::new(250.0, -500.0, 125.0);
         let exact = back.transform_point3(far + p.as_dvec3()) - origin;
         assert!((matrix.transform_point3(p).as_dvec3() - exact).length() < 1e-6);
-        assert!(Placement::default().world_from_shape(DVec3::ZERO).is_none());
+        assert!(Pose::default().world_from_shape(DVec3::ZERO).is_none());
     }
 }

@@ -98,34 +98,26 @@ pub enum Normals {
 /// One number for all axes or channels, or one each.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(untagged, expecting = "expected a number or an array of three numbers")]
-pub enum Triple {
-    One(f32),
-    Three([f32; 3]),
+pub enum Each<T> {
+    One(T),
+    Three([T; 3]),
 }
 
-impl From<Triple> for Vec3 {
-    fn from(t: Triple) -> Self {
-        match t {
-            Triple::One(x) => Self::splat(x),
-            Triple::Three(a) => Self::from_array(a),
+/// Of a colour.
+pub type Triple = Each<f32>;
+
+impl<T: Copy> Each<T> {
+    pub fn three(self) -> [T; 3] {
+        match self {
+            Self::One(x) => [x; 3],
+            Self::Three(all) => all,
         }
     }
 }
 
-/// One factor for all axes, or one each.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(untagged, expecting = "expected a number or an array of three numbers")]
-pub enum Scale {
-    One(f64),
-    Three([f64; 3]),
-}
-
-impl From<Scale> for DVec3 {
-    fn from(scale: Scale) -> Self {
-        match scale {
-            Scale::One(x) => Self::splat(x),
-            Scale::Three(a) => Self::from_array(a),
-        }
+impl From<Triple> for Vec3 {
+    fn from(t: Triple) -> Self {
+        Self::from_array(t.three())
     }
 }
 
@@ -136,7 +128,7 @@ pub struct MeshEntry {
     pub file: Option<String>,
     pub builtin: Option<String>,
     pub parameters: toml::Table,
-    pub scale: Option<Scale>,
+    pub scale: Option<Each<f64>>,
     pub rotate_deg: Option<DVec3>,
     pub translate: Option<DVec3>,
     pub matrix: Option<[[f64; 4]; 3]>,

@@ -23,7 +23,7 @@ use serde_json::{Map, Value};
 use crate::error::Result;
 use crate::ply;
 use crate::scene::Fingerprint;
-use crate::shading::World;
+use crate::shading::Surroundings;
 
 /// Kind, version, scene and settings of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,14 +32,14 @@ pub struct Key {
     version: u32,
     scene: Fingerprint,
     settings: Map<String, Value>,
-    surroundings: Option<[f32; 4]>,
+    around: Surroundings,
 }
 
 /// Extent and midst of what was seen where a file was made; none where it does not say.
 ///
 /// # Errors
 /// When it is no file of points.
-pub fn surroundings_of(file: &Path) -> Result<Option<(f32, Vec3)>> {
+pub fn surroundings_of(file: &Path) -> Result<Option<Surroundings>> {
     let reader = ply::Reader::open(file)?;
     let comments = &reader.header().comments;
     let numbers = comments.iter().find_map(|c| c.strip_prefix("surroundings "));
@@ -47,7 +47,7 @@ pub fn surroundings_of(file: &Path) -> Result<Option<(f32, Vec3)>> {
         numbers.unwrap_or_default().split(' ').filter_map(|n| n.parse().ok()).collect();
     Ok(match numbers[..] {
         [extent, x, y, z] if extent > 0.0 && numbers.iter().all(|n| n.is_finite()) => {
-            Some((extent, Vec3::new(x, y, z)))
+            Some(Surroundings { extent, midst: Vec3::new(x, y, z) })
         }
         _ => None,
     })
@@ -55,8 +55,8 @@ pub fn surroundings_of(file: &Path) -> Result<Option<(f32, Vec3)>> {
 
 impl Key {
     /// A key without settings. `kind` is what the file is: "irradiance cache".
-    pub fn new(kind: &'static str, version: u32, scene: Fingerprint) -> Self {
-        Self { kind, version, scene, settings: Map::new(), surroundings: None }
+    pub fn new(kind: &'static str, version: u32, scene: Fingerprint, around: Surroundings) -> Self {
+        Self { kind, version, scene, settings: Map::new(), around }
     }
 
     /// With every key of a settings section but those left out.
@@ -74,24 +74,16 @@ impl Key {
         self
     }
 
-    /// With the surroundings that lengths follow.
-    pub fn seen(mut self, world: &World) -> Self {
-        let [x, y, z] = world.midst.to_array();
-        self.surroundings = Some([world.extent, x, y, z]);
-        self
-    }
-
     /// Header comments.
     pub fn comments(&self) -> Vec<String> {
         let settings = Value::Object(self.settings.clone());
-        let mut comments = vec![
+        let Surroundings { extent, midst } = self.around;
+        vec![
             format!("nearfar {} {}", self.kind, self.version),
             format!("scene {}", self.scene),
             format!("settings {settings}"),
-        ];
-        comments
-            .extend(self.surroundings.map(|[e, x, y, z]| format!("surroundings {e} {x} {y} {z}")));
-        comments
+            format!("surroundings {extent} {} {} {}", midst.x, midst.y, midst.z),
+        ]
     }
 
     /// Why a file with these comments does not belong here.

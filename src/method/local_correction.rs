@@ -178,7 +178,7 @@ pub fn render(
             let _phase = run.phase("tree", 1);
             run.install(|| near_surfaces(world, settings, &field, seed))?
         };
-        let reach = settings.reach.resolve(world.extent);
+        let reach = settings.reach.resolve(world.around.extent);
         let near = PointBasedSettings { maxdist: reach, ..PointBasedSettings::default() };
         let phase = run.phase("gather", points.len() as u64);
         run.install(|| {

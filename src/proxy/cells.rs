@@ -3,7 +3,7 @@
 //! Each triangle is bisected at the middle of its longest edge until no edge is longer than
 //!
 //! ```text
-//! near_cell · max(1, d / extent)      d: distance of the piece's centroid from World::midst
+//! near_cell · max(1, d / extent)      d: distance of the piece's centroid from Surroundings::midst
 //! ```
 //! so that a ground of kilometres around a house costs little more than the house. The bisections
 //! form a binary tree per triangle; [`Cells::find`] walks it with the barycentrics of a hit, so a
@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::memory;
 use crate::scene::Sides;
-use crate::shading::World;
+use crate::shading::{Surroundings, World};
 use crate::tessellate::{Geometry, analyze_topology};
 
 /// Index of a cell.
@@ -39,34 +39,34 @@ const CELL: f64 = 200.0;
 pub(super) struct Fineness {
     /// Longest edge in the midst of what is seen.
     near_cell: f32,
-    midst: Vec3,
-    extent: f32,
+    around: Surroundings,
 }
 
 impl Fineness {
     /// That of a world.
     pub(super) fn of(world: &World, near_cell: f32) -> Self {
-        Self { near_cell, midst: world.midst, extent: world.extent }
+        Self { near_cell, around: world.around }
     }
 
     /// The same everywhere.
     pub(super) fn even(near_cell: f32) -> Self {
-        Self { near_cell, midst: Vec3::ZERO, extent: f32::INFINITY }
+        let around = Surroundings { extent: f32::INFINITY, midst: Vec3::ZERO };
+        Self { near_cell, around }
     }
 
     fn at(&self, c: &[Vec3; 3]) -> f32 {
-        let distance = ((c[0] + c[1] + c[2]) / 3.0).distance(self.midst);
-        self.near_cell * (distance / self.extent).max(1.0)
+        let distance = ((c[0] + c[1] + c[2]) / 3.0).distance(self.around.midst);
+        self.near_cell * (distance / self.around.extent).max(1.0)
     }
 
     /// About how many cells a triangle of this area becomes.
     fn count(&self, c: &[Vec3; 3], area: f32) -> f64 {
         let centroid = (c[0] + c[1] + c[2]) / 3.0;
         let size = c.iter().fold(0.0f32, |r, p| r.max(p.distance(centroid)));
-        let nearest = (centroid.distance(self.midst) - size).max(0.0);
-        let coarseness = (nearest / self.extent).max(1.0);
+        let nearest = (centroid.distance(self.around.midst) - size).max(0.0);
+        let coarseness = (nearest / self.around.extent).max(1.0);
         // A plane through the midst: a disc of even cells, then as many in each doubling.
-        let [size, extent] = [size, self.extent].map(f64::from);
+        let [size, extent] = [size, self.around.extent].map(f64::from);
         let plane = std::f64::consts::PI * extent.powi(2) * (1.0 + 2.0 * (size / extent).ln_1p());
         let fine = f64::from(area).min(plane) / f64::from(self.near_cell * coarseness).powi(2);
         1.0 + 4.0 * fine

@@ -94,8 +94,9 @@ impl Proxy {
 
     fn of_places(world: &World, inputs: ProxyInputs<'_>) -> Self {
         let ProxyInputs { near_cell, settings, seed } = inputs;
-        let size =
-            settings.place_size.map_or(PLACE_OF_CELL * near_cell, |l| l.resolve(world.extent));
+        let size = settings
+            .place_size
+            .map_or(PLACE_OF_CELL * near_cell, |l| l.resolve(world.around.extent));
         let places = Some(Places::new(world, size, settings, seed));
         Self { places, settings: settings.clone(), seed, ..Self::default() }
     }

@@ -74,7 +74,7 @@ impl<'a> FromPhotons<'a> {
             .map(|c| cells.area(c) * coverage.get(c as usize).unwrap_or(&1.0))
             .collect();
         let whole: f64 = area.iter().map(|&a| f64::from(a)).sum();
-        let cap = settings.max_radius.resolve(world.extent);
+        let cap = settings.max_radius.resolve(world.around.extent);
         let even = (whole * f64::from(settings.neighbours)
             / (std::f64::consts::PI * photons.len().max(1) as f64))
             .sqrt() as f32;

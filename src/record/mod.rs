@@ -16,7 +16,7 @@
 //!             surfaces is not in `direct`; the sky that the camera sees is in `emission`. Cost
 //!             `spp · (1 + light_samples)` rays a pixel; about 100 B a pixel.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::error::Result;
@@ -92,6 +92,8 @@ pub struct CameraSamples {
     pub width: u32,
     /// Rows.
     pub height: u32,
+    /// Zero of positions in the user's space.
+    pub origin: DVec3,
     /// Emission and background that the camera sees, per pixel.
     pub emission: Vec<Rgb>,
     /// Direct light reflected to the camera, per pixel.
@@ -194,7 +196,7 @@ pub fn camera_samples_where(
             .collect()
     });
     run.check()?;
-    let mut out = CameraSamples { width, height, ..CameraSamples::default() };
+    let mut out = CameraSamples { width, height, origin: world.origin, ..CameraSamples::default() };
     for row in rows {
         out.emission.extend(row.emission);
         out.direct.extend(row.direct);
@@ -332,6 +334,7 @@ impl CameraSamples {
         film.set_rgb("albedo", &self.albedo);
         film.set_xyz("N", &self.normal);
         film.set_xyz("P", &self.position);
+        film.origin = self.origin;
         film.set("depth.Z", self.depth.clone());
         film
     }

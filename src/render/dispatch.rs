@@ -24,7 +24,7 @@ pub(super) fn picture(
 ) -> Result<Rendered> {
     kept.check(method)?;
     let (world, run) = (renderer.world(), renderer.run());
-    let (seed, inputs) = (config.seed, config.inputs(world.extent));
+    let (seed, inputs) = (config.seed, config.inputs(world.around.extent));
     match method {
         Method::Decomposition | Method::Course => decomposed(renderer, config, kept),
         Method::IrradianceCache => cached(renderer, config, kept),
@@ -48,10 +48,9 @@ fn traced(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result
 fn decomposed(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result<Rendered> {
     use decompose::store;
     let (world, run) = (renderer.world(), renderer.run());
-    let (settings, inputs) = (&config.decompose, config.inputs(world.extent));
+    let (settings, inputs) = (&config.decompose, config.inputs(world.around.extent));
     // The key reads the whole scene: made only where there is a file to compare it with.
-    let scene = || Fingerprint::new(renderer.scene());
-    let key = || store::key(scene(), &inputs, settings, world.extent).seen(world);
+    let key = || store::key(Fingerprint::new(renderer.scene()), &inputs, settings, world);
     let prepared = match &kept.load {
         Some(path) => {
             let known = store::load(path, &key(), &inputs, settings)?;
@@ -71,8 +70,8 @@ fn decomposed(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Re
 fn cached(renderer: &Renderer<'_>, config: &RenderConfig, kept: &Kept) -> Result<Rendered> {
     use cache::store;
     let (world, run) = (renderer.world(), renderer.run());
-    let (settings, inputs) = (&config.cache, config.inputs(world.extent));
-    let key = || store::key(Fingerprint::new(renderer.scene()), &inputs, settings).seen(world);
+    let (settings, inputs) = (&config.cache, config.inputs(world.around.extent));
+    let key = || store::key(Fingerprint::new(renderer.scene()), &inputs, settings, world);
     let earlier = kept.load.as_deref().map(|path| store::load(path, &key())).transpose()?;
     let (rendered, cache) = cache::render(world, settings, inputs, earlier, run)?;
     if let Some(path) = &kept.save {

@@ -3,7 +3,7 @@
 //!
 //! A file of `method::decompose::store` with two more elements: `near_box`, the near part in boxes
 //! of space, and `film`, how many frames it comes after. The key in its comments has the mark of
-//! the film ([`film_mark`]).
+//! the film ([`Shots::mark`]).
 //!
 //! Guarantee  the frames after it are, bit for bit, those of a film that never stopped.
 
@@ -12,6 +12,7 @@ use std::path::Path;
 use super::Reuse;
 use crate::config::RenderConfig;
 use crate::error::{Error, Result};
+use crate::input_file;
 use crate::method::decompose::DecomposeSettings;
 use crate::method::decompose::near::boxes::NearBoxes;
 use crate::method::decompose::near::filter::NearPart;
@@ -20,32 +21,60 @@ use crate::method::key::Key;
 use crate::method::stage::Inputs;
 use crate::ply::{Columns, Rows};
 use crate::radiometry::Rgb;
-use crate::sampling::hash_bytes;
+use crate::sampling::Words;
 use crate::scene::{Camera, Fingerprint, Scene};
 
-/// A hash of everything that decides the frames of a film: scene, settings, views, what frames
-/// share, and the file that they start from. The same for every frame.
-///
-/// # Errors
-/// When the file cannot be read, or settings cannot be written as text.
-pub fn film_mark(
-    scene: &Scene,
-    config: &RenderConfig,
-    views: &[Camera],
-    reuse: Reuse,
-    load: Option<&Path>,
-) -> Result<String> {
-    let version = env!("CARGO_PKG_VERSION");
-    let (origin, settings) = (scene.origin, config.to_table()?);
-    let scene = Fingerprint::new(scene);
-    let text = format!("{version} {scene} {origin:?} {settings} {views:?} {reuse:?}");
-    let mut hash = hash_bytes(0, text.as_bytes());
-    if let Some(path) = load {
-        let content =
-            std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })?;
-        hash = hash_bytes(hash, &content);
+/// What decides the frames of a film, and the mark that tells it from others.
+#[derive(Clone, Debug)]
+pub struct Shots {
+    /// One view a frame.
+    pub(super) views: Vec<Camera>,
+    pub(super) reuse: Reuse,
+    pub(super) scene: Fingerprint,
+    mark: String,
+}
+
+impl Shots {
+    /// The frames of `views`, which start from the file `load` where there is one.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for views without a direction; when the file cannot be read, or settings
+    /// cannot be written as text.
+    pub fn new(
+        scene: &Scene,
+        config: &RenderConfig,
+        views: Vec<Camera>,
+        reuse: Reuse,
+        load: Option<&Path>,
+    ) -> Result<Self> {
+        let blind = |c: &Camera| {
+            let forward = (c.target - c.eye).normalize_or_zero();
+            forward.cross(c.up.normalize_or_zero()).length() < 1e-6
+        };
+        if let Some(i) = views.iter().position(blind) {
+            return Err(Error::Usage(format!(
+                "frame {} looks at its own eye or along its up vector; move a key view or give \
+                 another up",
+                i + 1
+            )));
+        }
+        let version = env!("CARGO_PKG_VERSION");
+        let (origin, settings) = (scene.origin, config.to_table()?);
+        let scene = Fingerprint::new(scene);
+        let mut hash = Words(0);
+        let text = format!("{version} {scene} {origin:?} {settings} {views:?} {reuse:?}");
+        hash.bytes(text.as_bytes());
+        if let Some(path) = load {
+            hash.bytes(&input_file::read(path)?);
+        }
+        Ok(Self { views, reuse, scene, mark: format!("{:016x}", hash.0) })
     }
-    Ok(format!("{hash:016x}"))
+
+    /// A hash of everything that decides the frames: scene, settings, views, what frames share, and
+    /// the file that they start from. The same for every frame.
+    pub fn mark(&self) -> &str {
+        &self.mark
+    }
 }
 
 /// What frames share after so many of them.

@@ -15,7 +15,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::checkpoint::Checkpoint;
-use super::film_state::{self, FilmState, film_mark};
+use super::film_state::{self, FilmState, Shots};
 use super::kept::Kept;
 use super::{Renderer, header};
 use crate::config::RenderConfig;
@@ -26,7 +26,7 @@ use crate::method::decompose::{self, NearNoise, Prepared, store};
 use crate::method::key::{Key, surroundings_of};
 use crate::method::{Method, MethodStatistics};
 use crate::run::Run;
-use crate::scene::{Camera, Fingerprint, Scene};
+use crate::scene::Scene;
 
 /// What frames share.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,11 +62,10 @@ pub struct Frame {
 #[derive(Debug)]
 pub struct Flight<'a> {
     renderer: Renderer<'a>,
-    views: Vec<Camera>,
-    reuse: Reuse,
+    shots: Shots,
     known: Option<Prepared>,
     near: NearBoxes,
-    /// What the state of this film is known by.
+    /// What files of what frames share are known by.
     key: Key,
     checkpoint: Option<Checkpoint>,
     /// When the state is kept next.
@@ -78,70 +77,60 @@ impl<'a> Flight<'a> {
     /// Makes what the frames share, from `kept.load` on where it is given.
     ///
     /// # Errors
-    /// As [`Renderer::new`]; [`Error::Usage`] for views without a direction, and for kept files
-    /// where frames share nothing.
+    /// As [`Renderer::new`]; [`Error::Usage`] for kept files where frames share nothing.
     pub fn new(
         scene: &'a Scene,
         config: &'a RenderConfig,
-        views: Vec<Camera>,
-        reuse: Reuse,
+        shots: Shots,
         kept: &Kept,
         run: &'a Run,
     ) -> Result<Self> {
-        let blind = |c: &Camera| {
-            let forward = (c.target - c.eye).normalize_or_zero();
-            forward.cross(c.up.normalize_or_zero()).length() < 1e-6
-        };
-        if let Some(i) = views.iter().position(blind) {
-            return Err(Error::Usage(format!(
-                "frame {} looks at its own eye or along its up vector; move a key view or give \
-                 another up",
-                i + 1
-            )));
-        }
+        let reuse = shots.reuse;
         if reuse == Reuse::None && (kept.load.is_some() || kept.save.is_some()) {
             return Err(Error::Usage(
                 "frames that share nothing start from no file and leave none".into(),
             ));
         }
-        let mark = film_mark(scene, config, &views, reuse, kept.load.as_deref())?;
         let mut renderer = Renderer::new(scene, config, run)?;
         match kept.load.as_deref().map(surroundings_of).transpose()?.flatten() {
-            Some(of_file) => renderer.world_mut().surround(of_file),
-            None => renderer.world_mut().follow(&views, run),
+            Some(of_file) => renderer.world_mut().around = of_file,
+            None => renderer.world_mut().follow(&shots.views, run),
         }
         let world = renderer.world();
-        let (settings, inputs) = (&config.decompose, config.inputs(world.extent));
-        let key = store::key(Fingerprint::new(scene), &inputs, settings, world.extent).seen(world);
-        let of_film = key.clone().with_value("film", mark);
+        let (settings, inputs) = (&config.decompose, config.inputs(world.around.extent));
+        let key = store::key(shots.scene, &inputs, settings, world);
         let mut flight = Self {
             next: kept.checkpoint.as_ref().and_then(|c| Instant::now().checked_add(c.every)),
             checkpoint: kept.checkpoint.clone().filter(|_| reuse != Reuse::None),
-            key: of_film,
+            key,
             known: None,
             near: NearBoxes::default(),
             done: 0,
-            views,
-            reuse,
+            shots,
             renderer,
         };
         let world = flight.renderer.world();
         if let Some(path) = &kept.resume {
-            let state = film_state::load(path, &flight.key, (&inputs, settings))?;
+            let state = film_state::load(path, &flight.key_of_film(), (&inputs, settings))?;
             flight.known = Some(Prepared::known(world, settings, inputs, state.known, run)?);
             (flight.near, flight.done) = (state.near, state.frames);
             return Ok(flight);
         }
-        let load = |path: &std::path::PathBuf| store::load(path, &key, &inputs, settings);
+        let load = |path: &std::path::PathBuf| store::load(path, &flight.key, &inputs, settings);
         let loaded = kept.load.as_ref().map(load).transpose()?;
         flight.known = match (reuse, loaded) {
             (Reuse::Plan, loaded) => {
-                Some(decompose::plan(world, settings, inputs, &flight.views, loaded, run)?)
+                Some(decompose::plan(world, settings, inputs, &flight.shots.views, loaded, run)?)
             }
             (_, Some(loaded)) => Some(Prepared::known(world, settings, inputs, loaded, run)?),
             (_, None) => None,
         };
         Ok(flight)
+    }
+
+    /// What the state of this film is known by.
+    fn key_of_film(&self) -> Key {
+        self.key.clone().with_value("film", self.shots.mark())
     }
 
     /// Frames that an earlier run has made: go on with the one of this number.
@@ -165,8 +154,8 @@ impl<'a> Flight<'a> {
         let _phase = self.renderer.run().phase("checkpoint", 1);
         let near = std::mem::take(&mut self.near);
         let state = FilmState { known: store::Known::new(prepared), near, frames: done };
-        let layout = (&config.inputs(world.extent), &config.decompose);
-        let saved = film_state::save(&checkpoint.file, &self.key, &state, layout);
+        let layout = (&config.inputs(world.around.extent), &config.decompose);
+        let saved = film_state::save(&checkpoint.file, &self.key_of_film(), &state, layout);
         self.near = state.near;
         self.next = Instant::now().checked_add(checkpoint.every);
         saved
@@ -174,11 +163,11 @@ impl<'a> Flight<'a> {
 
     /// Number of frames.
     pub fn len(&self) -> usize {
-        self.views.len()
+        self.shots.views.len()
     }
     /// True without frames.
     pub fn is_empty(&self) -> bool {
-        self.views.is_empty()
+        self.shots.views.is_empty()
     }
 
     /// The picture of one view, 0-based.
@@ -189,18 +178,18 @@ impl<'a> Flight<'a> {
     /// # Panics
     /// When there is no such view.
     pub fn frame(&mut self, i: usize) -> Result<Frame> {
-        self.renderer.world_mut().camera = self.views[i].clone();
+        self.renderer.world_mut().camera = self.shots.views[i].clone();
         let (world, run) = (self.renderer.world(), self.renderer.run());
         let config = self.renderer.config();
-        let (settings, inputs) = (&config.decompose, config.inputs(world.extent));
+        let (settings, inputs) = (&config.decompose, config.inputs(world.around.extent));
         let now = match self.known.take() {
-            Some(mut known) if self.reuse != Reuse::None => {
-                known.look(world, settings, inputs, self.reuse == Reuse::Extend, run)?;
+            Some(mut known) if self.shots.reuse != Reuse::None => {
+                known.look(world, settings, inputs, self.shots.reuse == Reuse::Extend, run)?;
                 known
             }
             _ => decompose::prepare(world, settings, inputs, run)?,
         };
-        let keeps = self.reuse != Reuse::None && settings.near_noise() == NearNoise::World;
+        let keeps = self.shots.reuse != Reuse::None && settings.near_noise() == NearNoise::World;
         let near = keeps.then_some(&mut self.near);
         let found = decompose::picture_with(world, settings, &now, near, inputs.seed, run)?;
         let mut film = found.film;
@@ -223,9 +212,7 @@ impl<'a> Flight<'a> {
     pub fn save(&self, path: &Path) -> Result<()> {
         let Some(prepared) = &self.known else { return Ok(()) };
         let (world, config) = (self.renderer.world(), self.renderer.config());
-        let inputs = config.inputs(world.extent);
-        let scene = Fingerprint::new(self.renderer.scene());
-        let key = store::key(scene, &inputs, &config.decompose, world.extent).seen(world);
-        store::save(path, &key, &store::Known::new(prepared), &inputs, &config.decompose)
+        let inputs = config.inputs(world.around.extent);
+        store::save(path, &self.key, &store::Known::new(prepared), &inputs, &config.decompose)
     }
 }

@@ -82,7 +82,7 @@ impl Renderer<'_> {
     /// without a direction; settings out of range; [`Error::Interrupted`].
     pub fn irradiance(&self, points: &SurfacePoints) -> Result<Vec<PointIrradiance>> {
         let (world, config, run) = (self.world(), self.config(), self.run());
-        let inputs = config.inputs(world.extent);
+        let inputs = config.inputs(world.around.extent);
         inputs.validate()?;
         let at = receivers(points, world.diagonal)?;
         let seed = config.seed;

@@ -16,7 +16,7 @@
 //! | `checkpoint` | [`Checkpoint`]: progressive pictures that can be gone on with |
 //! | `kept` | [`Kept`]: files of earlier work to start from and to write |
 //! | `flight` | [`Flight`]: the frames of a camera path |
-//! | `film_state` | [`film_mark`]: whose frames they are; films that go on |
+//! | `film_state` | [`Shots`]: whose frames they are; films that go on |
 //! | `irradiance` | [`Renderer::irradiance`]: light at points that no camera needs to see |
 //! | `header` | what an image file says of its making |
 //! | `statistics` | [`Statistics`]: what is told of a render |
@@ -38,7 +38,7 @@ mod statistics;
 mod view;
 
 pub use checkpoint::Checkpoint;
-pub use film_state::film_mark;
+pub use film_state::Shots;
 pub use flight::{Flight, Frame, Reuse};
 pub use header::describe;
 pub use irradiance::{PointIrradiance, SurfacePoints};

@@ -99,7 +99,7 @@ impl<'a> Renderer<'a> {
         if let Some(file) = kept.load.as_deref().filter(|_| method.keeps())
             && let Some(of_file) = surroundings_of(file)?
         {
-            self.world.surround(of_file);
+            self.world.around = of_file;
         }
         let converging = self.config.converge.enabled;
         if converging && matches!(method, Method::Path | Method::PhotonMap) {
@@ -116,7 +116,7 @@ impl<'a> Renderer<'a> {
                 method.name()
             )));
         }
-        let config = self.config.clone().for_method(method, self.world.extent)?;
+        let config = self.config.clone().for_method(method, self.world.around.extent)?;
         if !converging {
             return self.finished(method, &config, picture(self, &config, method, kept)?, None);
         }

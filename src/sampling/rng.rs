@@ -115,13 +115,6 @@ pub fn hash64(x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// A hash of bytes that goes on from `seed`, the same on every machine.
-pub fn hash_bytes(seed: u64, bytes: &[u8]) -> u64 {
-    bytes.iter().fold(hash64(seed ^ bytes.len() as u64), |h, &b| {
-        hash64(h.rotate_left(5) ^ u64::from(b)).wrapping_add(0x9e37_79b9_7f4a_7c15)
-    })
-}
-
 /// A stream of random numbers for one key.
 #[derive(Clone, Debug)]
 pub struct Rng(u64);

@@ -8,31 +8,7 @@
 //!             their counts. Cost  about 1 ns for every 8 B of the scene.
 
 use super::{Light, Placement, Scene, Sides};
-use crate::sampling::hash64;
-
-/// Running hash of 64-bit words.
-#[derive(Clone, Copy, Debug)]
-struct Words(u64);
-
-impl Words {
-    fn add(&mut self, word: u64) {
-        self.0 = hash64(self.0.rotate_left(5) ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
-    }
-    fn floats<const N: usize>(&mut self, v: [f32; N]) {
-        v.into_iter().for_each(|x| self.add(u64::from(x.to_bits())));
-    }
-    fn bytes(&mut self, bytes: &[u8]) {
-        self.add(bytes.len() as u64);
-        for chunk in bytes.chunks(8) {
-            let mut word = [0; 8];
-            word[..chunk.len()].copy_from_slice(chunk);
-            self.add(u64::from_le_bytes(word));
-        }
-    }
-    fn option(&mut self, v: Option<u32>) {
-        self.add(v.map_or(u64::MAX, u64::from));
-    }
-}
+use crate::sampling::Words;
 
 /// Hashes of a scene's parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -105,8 +81,9 @@ fn materials(scene: &Scene) -> u64 {
         h.floats(m.albedo.to_array());
         h.floats(m.emission.to_array());
         h.floats([m.opacity]);
-        h.option(m.albedo_texture);
-        h.option(m.opacity_texture);
+        for texture in [m.albedo_texture, m.opacity_texture] {
+            h.add(texture.map_or(u64::MAX, u64::from));
+        }
     }
     h.0
 }

@@ -13,4 +13,5 @@ pub use lights::{
     shadow_ray,
 };
 pub use surface::Surface;
+pub use surroundings::Surroundings;
 pub use world::World;

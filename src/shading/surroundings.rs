@@ -45,12 +45,21 @@ const SPAN: f32 = 5.0;
 /// Least extent, as a share of the diagonal.
 const FLOOR: f32 = 1e-6;
 
-/// The extent for all of `views`, scene units, and the midst. Call inside the thread pool.
+/// How large the surroundings of what is seen are, and where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surroundings {
+    /// The scale of every relative length, scene units.
+    pub extent: f32,
+    /// The midst, world space.
+    pub midst: Vec3,
+}
+
+/// Those of all of `views`. Call inside the thread pool.
 pub(super) fn surroundings(
     rays: &dyn RayQuery,
     geometry: &Geometry,
     views: &[Camera],
-) -> (f32, Vec3) {
+) -> Surroundings {
     let diagonal = geometry.bounds.diagonal();
     let side = (LATTICE as f64 / (views.len().max(1) as f64).sqrt()).ceil() as usize;
     let points: Vec<Vec3> = (0..views.len() * side * side)
@@ -65,7 +74,7 @@ pub(super) fn surroundings(
         })
         .collect();
     if points.len() < LEAST {
-        return (diagonal, geometry.bounds.center());
+        return Surroundings { extent: diagonal, midst: geometry.bounds.center() };
     }
     let partner = |i: usize| points[(i * STEP + points.len() / 2) % points.len()];
     let mut distances: Vec<f32> =
@@ -77,7 +86,7 @@ pub(super) fn surroundings(
         *along.select_nth_unstable_by(points.len() / 2, f32::total_cmp).1
     };
     let midst = Vec3::new(median(0), median(1), median(2));
-    ((SPAN * across).clamp(FLOOR * diagonal, diagonal), midst)
+    Surroundings { extent: (SPAN * across).clamp(FLOOR * diagonal, diagonal), midst }
 }
 
 /// Where rays from `s` land.
@@ -143,8 +152,8 @@ mod tests {
     #[test]
     fn a_room_is_its_own_measure_whatever_the_ground() {
         let alone = world(0.0, 1.0);
-        assert_eq!(alone.extent, alone.diagonal);
-        let extents = [10.0, 100.0, 1e3, 1e4].map(|ground| world(ground, 1.0).extent);
+        assert_eq!(alone.around.extent, alone.diagonal);
+        let extents = [10.0, 100.0, 1e3, 1e4].map(|ground| world(ground, 1.0).around.extent);
         for extent in extents {
             assert!(extent < 4.0 * alone.diagonal && extent > alone.diagonal, "{extent}");
             assert!((extent / extents[0] - 1.0).abs() < 0.05, "{extents:?}");
@@ -156,8 +165,8 @@ mod tests {
         let plain = world(100.0, 1.0);
         for scale in [0.125, 1024.0] {
             let scaled = world(100.0, scale);
-            assert_eq!(scaled.extent, plain.extent * scale);
-            assert_eq!(scaled.midst, plain.midst * scale);
+            assert_eq!(scaled.around.extent, plain.around.extent * scale);
+            assert_eq!(scaled.around.midst, plain.around.midst * scale);
         }
     }
 
@@ -167,7 +176,7 @@ mod tests {
         let mut scene = room(100.0, 1.0);
         let extents = [(160, 90), (1280, 720)].map(|(width, height)| {
             (scene.camera.width, scene.camera.height) = (width, height);
-            World::new(&scene, Backend::Bvh, &run).unwrap().extent
+            World::new(&scene, Backend::Bvh, &run).unwrap().around.extent
         });
         assert!((extents[0] / extents[1] - 1.0).abs() < 1e-5, "{extents:?}");
     }

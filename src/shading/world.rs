@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::DVec3;
 
-use super::surroundings::surroundings;
+use super::surroundings::{Surroundings, surroundings};
 use super::{LightTable, Surface};
 use crate::accel::{Backend, RayQuery, build};
 use crate::error::Result;
@@ -17,6 +17,8 @@ use crate::tessellate::Geometry;
 /// Scene, triangles, rays and lights.
 #[derive(Debug)]
 pub struct World {
+    /// Zero of world space in the user's.
+    pub origin: DVec3,
     /// The view.
     pub camera: Camera,
     /// World-space triangles.
@@ -29,11 +31,8 @@ pub struct World {
     pub lights: LightTable,
     /// The scene's diagonal: the scale of how far rays leave their surface.
     pub diagonal: f32,
-    /// How large the surroundings of what the camera sees are, at most the diagonal: the scale of
-    /// every relative length.
-    pub extent: f32,
-    /// The midst of them.
-    pub midst: Vec3,
+    /// What surrounds what the camera sees: the scale of every relative length.
+    pub around: Surroundings,
 }
 
 impl World {
@@ -58,19 +57,13 @@ impl World {
         let diagonal = geometry.bounds.diagonal();
         let camera = scene.camera.clone();
         let views = std::slice::from_ref(&camera);
-        let (extent, midst) = run.install(|| surroundings(&*rays, &geometry, views));
-        Ok(Self { camera, geometry, backend, rays, lights, diagonal, extent, midst })
+        let around = run.install(|| surroundings(&*rays, &geometry, views));
+        Ok(Self { origin: scene.origin, camera, geometry, backend, rays, lights, diagonal, around })
     }
 
-    /// Measures the extent for a film: lengths then follow all of `views` instead of the camera.
+    /// Lengths follow all of `views` from now on, instead of the camera.
     pub fn follow(&mut self, views: &[Camera], run: &Run) {
-        (self.extent, self.midst) =
-            run.install(|| surroundings(&*self.rays, &self.geometry, views));
-    }
-
-    /// Takes over the extent and the midst of earlier work.
-    pub fn surround(&mut self, (extent, midst): (f32, Vec3)) {
-        (self.extent, self.midst) = (extent, midst);
+        self.around = run.install(|| surroundings(&*self.rays, &self.geometry, views));
     }
 
     /// The surface a ray meets, facing back along it.

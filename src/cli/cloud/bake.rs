@@ -96,7 +96,7 @@ pub(super) fn bake_to_file(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<
     }
     let job = args.scene.prepare(&extra, None, cancel)?;
     let world = World::new(&job.scene, job.config.backend, &job.run)?;
-    let (config, inputs) = (&job.config, job.config.inputs(world.extent));
+    let (config, inputs) = (&job.config, job.config.inputs(world.around.extent));
     let mut cloud = if none {
         bake_areas(&world, &config.point_based, &job.run)?.0
     } else {

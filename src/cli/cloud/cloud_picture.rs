@@ -111,8 +111,14 @@ pub(super) fn gather(args: &GatherArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         ));
     }
     let world = World::new(&job.scene, job.config.backend, &job.run)?;
-    let layers =
-        gather_picture(&world, &cloud, &tree, settings, job.config.inputs(world.extent), &job.run)?;
+    let layers = gather_picture(
+        &world,
+        &cloud,
+        &tree,
+        settings,
+        job.config.inputs(world.around.extent),
+        &job.run,
+    )?;
     let mut film = film(&layers, &args.channel, &world.lights.sky);
     let mut figures = GatherFigures {
         method: "cloud-gather",

@@ -67,7 +67,7 @@ impl Cache {
         Self {
             records: Vec::new(),
             pixel: Vec::new(),
-            rule: Rule::new(settings, pixels, world.extent),
+            rule: Rule::new(settings, pixels, world.around.extent),
             rays: 0,
             measure_seconds: 0.0,
             reach: settings.reach,

@@ -19,6 +19,7 @@ use crate::method::key::Key;
 use crate::method::stage::Inputs;
 use crate::ply::{self, Columns};
 use crate::scene::Fingerprint;
+use crate::shading::World;
 
 const VERSION: u32 = 3;
 
@@ -86,8 +87,13 @@ fn record(v: &[f32], corral: u32) -> Option<CacheRecord> {
 
 /// What a file of records belongs to: a scene, its proxy and the cache's settings; those of the
 /// final pass are left out.
-pub fn key(scene: Fingerprint, inputs: &Inputs<'_>, settings: &CacheSettings) -> Key {
-    Key::new("irradiance cache", VERSION, scene)
+pub fn key(
+    scene: Fingerprint,
+    inputs: &Inputs<'_>,
+    settings: &CacheSettings,
+    world: &World,
+) -> Key {
+    Key::new("irradiance cache", VERSION, scene, world.around)
         .with("cache", settings, &["reach", "extrapolation"])
         .with("proxy", inputs.photon, &[])
         .with_value("decompose.near_cell", inputs.near_cell)

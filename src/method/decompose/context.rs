@@ -37,7 +37,7 @@ impl<'a> Context<'a> {
         seed: u64,
         run: &'a Run,
     ) -> Self {
-        let lengths = settings.lengths(world.extent);
+        let lengths = settings.lengths(world.around.extent);
         Self { world, proxy, settings, lengths, seed, run }
     }
 

@@ -96,7 +96,7 @@ pub fn plan(
             settings.suits(inputs.photon)?;
             let proxy = Proxy::new(world, inputs.proxy(), Need::Views(views), run)?;
             let stage = Stage { proxy, samples: CameraSamples::default() };
-            Prepared { stage, ..Prepared::empty(settings.lengths(world.extent)) }
+            Prepared { stage, ..Prepared::empty(settings.lengths(world.around.extent)) }
         }
     };
     let points = thinned(world, views, prepared.lengths.cluster_radius / BOXES, run)?;

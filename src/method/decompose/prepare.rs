@@ -41,7 +41,7 @@ pub fn prepare(
     settings.validate()?;
     settings.suits(inputs.photon)?;
     let stage = Stage::new(world, inputs, run)?;
-    let mut prepared = Prepared { stage, ..Prepared::empty(settings.lengths(world.extent)) };
+    let mut prepared = Prepared { stage, ..Prepared::empty(settings.lengths(world.around.extent)) };
     prepared.cover(world, settings, inputs.seed, run)?;
     Ok(prepared)
 }
@@ -105,7 +105,7 @@ impl Prepared {
         let proxy = Proxy::restore(world, inputs.proxy(), known.proxy, run)?;
         let stage = Stage { proxy, samples: CameraSamples::default() };
         let sampled = known.sampled;
-        Ok(Self { stage, sampled, ..Self::empty(settings.lengths(world.extent)) })
+        Ok(Self { stage, sampled, ..Self::empty(settings.lengths(world.around.extent)) })
     }
 
     /// Turns to the world's present camera; with `extend`, proxy and clusters are extended to all

@@ -27,6 +27,7 @@ use crate::proxy::{ProxySettings, SavedProxy};
 use crate::radiometry::Rgb;
 use crate::scene::Fingerprint;
 use crate::sh::ShRgb;
+use crate::shading::World;
 
 const VERSION: u32 = 5;
 
@@ -67,15 +68,15 @@ impl Known {
     }
 }
 
-/// What a file belongs to, in a world of the given extent.
+/// What a file belongs to.
 pub fn key(
     scene: Fingerprint,
     inputs: &Inputs<'_>,
     settings: &DecomposeSettings,
-    extent: f32,
+    world: &World,
 ) -> Key {
-    let lengths = settings.lengths(extent);
-    Key::new("decomposition", VERSION, scene)
+    let lengths = settings.lengths(world.around.extent);
+    Key::new("decomposition", VERSION, scene, world.around)
         .with("decompose", settings, &LEFT_OUT)
         .with("proxy", inputs.photon, &[])
         // As text: infinity is no number in JSON.

@@ -129,6 +129,7 @@ pub fn reference(
     }
     let error = error.unwrap_or_else(|| pixels::noise(&pixels));
     let mut film = pixels::film(&pixels, width, height);
+    film.origin = world.origin;
     if progress.keep_state {
         resume::add_state(&mut film, &pixels);
     }

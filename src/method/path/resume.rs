@@ -7,7 +7,7 @@ use super::PathSettings;
 use super::pixels::{Pixel, SUMS, split};
 use crate::error::{Error, Result};
 use crate::film::{Film, SUMS_OF};
-use crate::sampling::{ENDLESS, PixelFilter, hash64};
+use crate::sampling::{ENDLESS, PixelFilter, Words};
 use crate::shading::World;
 
 /// Header attribute that says of what a film's samples are.
@@ -19,7 +19,7 @@ const VERSION: u32 = 2;
 /// scene, view, path length rules, ray backend; not how many samples are taken. Files that differ
 /// by their seeds alone are independent samples of one picture.
 pub(super) fn key(world: &World, settings: &PathSettings, seed: u64) -> String {
-    let mut h = Hasher(0x6e65_6172_6661_7221);
+    let mut h = Words(0x6e65_6172_6661_7221);
     if settings.filter != PixelFilter::default() {
         let _ = write!(h, "{:?}", settings.filter);
     }
@@ -30,14 +30,14 @@ pub(super) fn key(world: &World, settings: &PathSettings, seed: u64) -> String {
         world.backend, settings.max_depth, settings.roulette_from, world.camera, g.materials
     );
     for v in g.positions.iter().chain(&g.normals) {
-        v.to_array().into_iter().for_each(|x| h.word(u64::from(x.to_bits())));
+        h.floats(v.to_array());
     }
-    g.uvs.iter().for_each(|v| h.word(u64::from(v.x.to_bits()) << 32 | u64::from(v.y.to_bits())));
-    g.triangles.iter().flatten().chain(&g.material_of).for_each(|&i| h.word(u64::from(i)));
+    g.uvs.iter().for_each(|v| h.add(u64::from(v.x.to_bits()) << 32 | u64::from(v.y.to_bits())));
+    g.triangles.iter().flatten().chain(&g.material_of).for_each(|&i| h.add(u64::from(i)));
     for t in &g.textures {
-        t.srgb.iter().for_each(|&[r, g, b]| h.word(u64::from(u32::from_le_bytes([r, g, b, 0]))));
-        t.mask.iter().for_each(|&m| h.word(u64::from(m)));
-        t.placement.numbers().iter().for_each(|x| h.word(u64::from(x.to_bits())));
+        t.srgb.iter().for_each(|&[r, g, b]| h.add(u64::from(u32::from_le_bytes([r, g, b, 0]))));
+        t.mask.iter().for_each(|&m| h.add(u64::from(m)));
+        h.floats(t.placement.numbers());
     }
     world.lights.describe(&mut |text| {
         let _ = h.write_str(text);
@@ -55,21 +55,6 @@ fn difference(there: &str, here: &str) -> &'static str {
         "the file has another seed"
     } else {
         "the file shows another scene or camera, or has another ray backend or path settings"
-    }
-}
-
-struct Hasher(u64);
-
-impl Hasher {
-    fn word(&mut self, w: u64) {
-        self.0 = hash64(self.0.rotate_left(5) ^ w).wrapping_add(0x9e37_79b9_7f4a_7c15);
-    }
-}
-
-impl Write for Hasher {
-    fn write_str(&mut self, s: &str) -> std::fmt::Result {
-        s.bytes().for_each(|b| self.word(u64::from(b)));
-        Ok(())
     }
 }
 
