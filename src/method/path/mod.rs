@@ -67,10 +67,10 @@ pub struct PathStatistics {
     pub ended: Ended,
 }
 
-/// What [`reference`] goes on from, and what it leaves.
+/// What [`reference()`] goes on from, and what it leaves.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Progress<'a> {
-    /// A film that [`reference`] made with `keep_state`: goes on as if it had never stopped.
+    /// A film that [`reference()`] made with `keep_state`: goes on as if it had never stopped.
     pub earlier: Option<&'a Film>,
     /// Adds the running sums to the film (layers `state.*`).
     pub keep_state: bool,
