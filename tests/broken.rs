@@ -291,8 +291,9 @@ fn broken_scene_files() {
         ),
         (
             "[[mesh]]\nbuiltin = \"castle\"\n".into(),
-            "s.toml:1: there is no builtin \"castle\"; there are: atrium, cathedral, foliage, \
-             fur, hairball, interior, slats, study, subdivision",
+            "s.toml:1: there is no builtin \"castle\"; there are: atrium, cathedral, corridor, \
+             foliage, fur, garden-room, hairball, interior, lamp-hall, rotunda, slats, study, \
+             subdivision",
         ),
         (
             "[[mesh]]\nbuiltin = \"interior\"\nparameters = { detial = 2 }\n".into(),

@@ -10,12 +10,10 @@
 use glam::Vec3;
 use serde::Deserialize;
 
-use super::Generated;
 use super::solid::Solids;
+use super::{Generated, diffuse};
 use crate::math::Frame;
-use crate::radiometry::Rgb;
 use crate::sampling::{Rng, Stream, sample_uniform_sphere};
-use crate::scene::Material;
 
 /// Parameters of the foliage.
 #[derive(Clone, Debug, Deserialize)]
@@ -75,15 +73,7 @@ pub fn foliage(p: &FoliageParameters) -> Result<Generated, String> {
     for leaf in 0..count {
         add_leaf(&mut s, leaf, length);
     }
-    let materials = colors
-        .iter()
-        .map(|&(name, albedo)| Material {
-            name: name.into(),
-            albedo: Rgb::from(albedo),
-            ..Material::default()
-        })
-        .collect();
-    Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
+    Ok(Generated { mesh: s.mesh, materials: diffuse(&colors), ..Generated::default() })
 }
 
 /// A tapering tube of six sides.

@@ -12,12 +12,11 @@ use std::f32::consts::{PI, TAU};
 use glam::{Vec2, Vec3};
 use serde::Deserialize;
 
-use super::Generated;
 use super::solid::Solids;
+use super::{Generated, diffuse};
 use crate::math::Frame;
-use crate::radiometry::Rgb;
 use crate::sampling::{Rng, Stream};
-use crate::scene::{Basis, Curves, Material};
+use crate::scene::{Basis, Curves};
 
 /// Parameters of the fur.
 #[derive(Clone, Debug, Deserialize)]
@@ -98,14 +97,7 @@ pub fn fur(p: &FurParameters) -> Result<Generated, String> {
         ("fur", [0.72, 0.5, 0.3]),
         ("grass", [0.25, 0.5, 0.12]),
     ];
-    let materials = colors
-        .iter()
-        .map(|&(name, albedo)| Material {
-            name: name.into(),
-            albedo: Rgb::from(albedo),
-            ..Material::default()
-        })
-        .collect();
+    let materials = diffuse(&colors);
     Ok(Generated { mesh: s.mesh, curves: vec![hairs, grass], materials, ..Generated::default() })
 }
 

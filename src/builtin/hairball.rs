@@ -10,12 +10,10 @@
 use glam::Vec3;
 use serde::Deserialize;
 
-use super::Generated;
 use super::solid::Solids;
+use super::{Generated, diffuse};
 use crate::math::Frame;
-use crate::radiometry::Rgb;
 use crate::sampling::{Rng, Stream, sample_uniform_sphere};
-use crate::scene::Material;
 
 /// Parameters of the hairball.
 #[derive(Clone, Debug, Deserialize)]
@@ -78,15 +76,7 @@ pub fn hairball(p: &HairballParameters) -> Result<Generated, String> {
         let rings: Vec<Vec<Vec3>> = tube_rings(&path(hair, steps), p.thickness);
         s.tube(&rings, false, 3 + hair % 3);
     }
-    let materials = colors
-        .iter()
-        .map(|&(name, albedo)| Material {
-            name: name.into(),
-            albedo: Rgb::from(albedo),
-            ..Material::default()
-        })
-        .collect();
-    Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
+    Ok(Generated { mesh: s.mesh, materials: diffuse(&colors), ..Generated::default() })
 }
 
 /// Points along one hair.

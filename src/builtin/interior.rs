@@ -11,10 +11,8 @@
 use glam::{Vec2, Vec3};
 use serde::Deserialize;
 
-use super::Generated;
 use super::solid::Solids;
-use crate::radiometry::Rgb;
-use crate::scene::Material;
+use super::{Generated, diffuse};
 
 /// Parameters of the interior.
 #[derive(Clone, Debug, Deserialize)]
@@ -71,15 +69,7 @@ pub fn interior(p: &InteriorParameters) -> Result<Generated, String> {
         balustrade(&mut s, from + 0.2, to - 0.2, &segments);
     }
     furniture(&mut s, &segments);
-    let materials = NAMES
-        .iter()
-        .map(|&(name, albedo)| Material {
-            name: name.into(),
-            albedo: Rgb::from(albedo),
-            ..Material::default()
-        })
-        .collect();
-    Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
+    Ok(Generated { mesh: s.mesh, materials: diffuse(&NAMES), ..Generated::default() })
 }
 
 /// Floor, walls with thickness, ceiling, steps: one solid on a grid.

@@ -4,10 +4,14 @@
 mod atrium;
 mod cathedral;
 mod cloth;
+mod corridor;
 mod foliage;
 mod fur;
+mod garden_room;
 mod hairball;
 mod interior;
+mod lamp_hall;
+mod rotunda;
 mod slats;
 mod solid;
 mod study;
@@ -15,14 +19,19 @@ mod subdivision;
 
 pub use atrium::{AtriumParameters, atrium};
 pub use cathedral::{CathedralParameters, cathedral};
+pub use corridor::{CorridorParameters, corridor};
 pub use foliage::{FoliageParameters, foliage};
 pub use fur::{FurParameters, fur};
+pub use garden_room::{GardenRoomParameters, garden_room};
 pub use hairball::{HairballParameters, hairball};
 pub use interior::{InteriorParameters, interior};
+pub use lamp_hall::{LampHallParameters, lamp_hall};
+pub use rotunda::{RotundaParameters, rotunda};
 pub use slats::{SlatsParameters, slats};
 pub use study::{StudyParameters, study};
 pub use subdivision::{SubdivisionParameters, subdivision};
 
+use crate::radiometry::Rgb;
 use crate::scene::{Cage, Curves, Material, Mesh};
 
 /// Surfaces whose material indices refer to `materials`.
@@ -38,6 +47,16 @@ pub struct Generated {
     pub materials: Vec<Material>,
 }
 
+/// Diffuse materials of names and albedos.
+fn diffuse(names: &[(&str, [f32; 3])]) -> Vec<Material> {
+    let material = |&(name, albedo): &(&str, [f32; 3])| Material {
+        name: name.into(),
+        albedo: Rgb::from(albedo),
+        ..Material::default()
+    };
+    names.iter().map(material).collect()
+}
+
 /// Makes the built-in mesh `name`.
 ///
 /// # Errors
@@ -51,17 +70,21 @@ pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, Strin
     let mut made = match name {
         "atrium" => atrium(&read(parameters)?)?,
         "cathedral" => cathedral(&read(parameters)?)?,
+        "corridor" => corridor(&read(parameters)?)?,
         "foliage" => foliage(&read(parameters)?)?,
         "fur" => fur(&read(parameters)?)?,
+        "garden-room" => garden_room(&read(parameters)?)?,
         "hairball" => hairball(&read(parameters)?)?,
         "interior" => interior(&read(parameters)?)?,
+        "lamp-hall" => lamp_hall(&read(parameters)?)?,
+        "rotunda" => rotunda(&read(parameters)?)?,
         "slats" => slats(&read(parameters)?)?,
         "study" => study(&read(parameters)?)?,
         "subdivision" => subdivision(&read(parameters)?)?,
         _ => {
             return Err(format!(
-                "there is no builtin \"{name}\"; there are: atrium, cathedral, foliage, fur, \
-                 hairball, interior, slats, study, subdivision"
+                "there is no builtin \"{name}\"; there are: atrium, cathedral, corridor, foliage, fur, \
+                 garden-room, hairball, interior, lamp-hall, rotunda, slats, study, subdivision"
             ));
         }
     };
@@ -79,7 +102,19 @@ mod tests {
 
     #[test]
     fn all_parts_are_closed_and_outward() {
-        for name in ["atrium", "cathedral", "foliage", "hairball", "interior", "slats", "study"] {
+        for name in [
+            "atrium",
+            "cathedral",
+            "corridor",
+            "foliage",
+            "garden-room",
+            "hairball",
+            "interior",
+            "lamp-hall",
+            "rotunda",
+            "slats",
+            "study",
+        ] {
             let made = generate(name, &toml::Table::new()).unwrap();
             let count = made.mesh.triangles.len();
             assert!(name != "interior" || (50_000..200_000).contains(&count), "{count}");
@@ -94,11 +129,13 @@ mod tests {
             let topology = analyze_topology(&geometry);
             let open = topology.closed_of_triangle.iter().filter(|c| !**c).count();
             // Leaves and palm fronds are sheets; the walls of the study have their backs to this
-            // eye.
+            // eye, and those around lamps are seen from inside.
             let sheets = match name {
                 "foliage" => 12_000,
                 "atrium" => 14 * 22 * 8 * 4,
                 "study" => 12,
+                "corridor" => 188,
+                "lamp-hall" => 120,
                 _ => 0,
             };
             assert_eq!(open, sheets, "{name}: open triangles");
@@ -146,7 +183,7 @@ mod tests {
         assert!(
             generate("castle", &toml::Table::new())
                 .unwrap_err()
-                .contains("interior, slats, study, subdivision")
+                .contains("rotunda, slats, study, subdivision")
         );
     }
 }

@@ -9,10 +9,8 @@
 use glam::Vec3;
 use serde::Deserialize;
 
-use super::Generated;
 use super::solid::Solids;
-use crate::radiometry::Rgb;
-use crate::scene::Material;
+use super::{Generated, diffuse};
 
 /// Parameters of the slats.
 #[derive(Clone, Debug, Deserialize)]
@@ -82,13 +80,5 @@ pub fn slats(p: &SlatsParameters) -> Result<Generated, String> {
         }
     }
     s.cuboid(Vec3::new(-0.09, 0.2, -0.09), Vec3::new(0.09, 0.75, 0.09), 1);
-    let materials = colors
-        .iter()
-        .map(|&(name, albedo)| Material {
-            name: name.into(),
-            albedo: Rgb::from(albedo),
-            ..Material::default()
-        })
-        .collect();
-    Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
+    Ok(Generated { mesh: s.mesh, materials: diffuse(&colors), ..Generated::default() })
 }

@@ -5,17 +5,18 @@
 //! the floor, skirting and cornice, a shelf of books, a desk with a chair, a sofa on a rug, a low
 //! table with fruit, a curtain. What touches overlaps by millimetres, never lies face on face.
 //! Knob  `detail` (default 1, 0.25–8) multiplies the segments of all round parts.
+//! Knob  `window` (default false) opens one small window in the wall z = 5, behind the camera.
+//! Knob  `white` (default false) paints walls, ceiling, trim and boards white.
 
 mod furniture;
 
 use glam::{Vec2, Vec3};
 use serde::Deserialize;
 
-use super::Generated;
 use super::solid::Solids;
+use super::{Generated, diffuse};
 use crate::radiometry::Rgb;
 use crate::sampling::{Rng, Stream};
-use crate::scene::Material;
 
 /// Parameters of the study.
 #[derive(Clone, Debug, Deserialize)]
@@ -23,11 +24,15 @@ use crate::scene::Material;
 pub struct StudyParameters {
     /// Multiplies the segments of round parts, 0.25–8.
     pub detail: f32,
+    /// A window of 0.5 × 0.6 m.
+    pub window: bool,
+    /// White walls, ceiling, trim and floor.
+    pub white: bool,
 }
 
 impl Default for StudyParameters {
     fn default() -> Self {
-        Self { detail: 1.0 }
+        Self { detail: 1.0, window: false, white: false }
     }
 }
 
@@ -78,28 +83,34 @@ pub fn study(p: &StudyParameters) -> Result<Generated, String> {
     }
     let segments = |n: u32| ((n as f32 * p.detail).round() as u32).max(4);
     let mut s = Solids::default();
-    shell(&mut s);
+    shell(&mut s, p.window);
     furniture::shelf(&mut s);
     furniture::desk(&mut s, &segments);
     furniture::sofa(&mut s, &segments);
     furniture::low_table(&mut s, &segments);
     furniture::curtain(&mut s, &segments);
-    let materials = NAMES
-        .iter()
-        .map(|&(name, albedo)| Material {
-            name: name.into(),
-            albedo: Rgb::from(albedo),
-            ..Material::default()
-        })
-        .collect();
+    let mut materials = diffuse(&NAMES);
+    if p.white {
+        materials[..=BOARD as usize + 2].iter_mut().for_each(|m| m.albedo = Rgb::splat(0.85));
+    }
     Ok(Generated { mesh: s.mesh, materials, ..Generated::default() })
 }
 
 /// Walls with thickness, boards, skirting, cornice.
-fn shell(s: &mut Solids) {
-    let lines = |length: f32| [-0.3, 0.0, length, length + 0.3];
-    let (xs, ys, zs) = (lines(SIZE.x), lines(SIZE.y), lines(SIZE.z));
-    s.grid([&xs, &ys, &zs], |c| c != [1; 3], |_, n| if n.y < -0.5 { CEILING } else { WALL });
+fn shell(s: &mut Solids, window: bool) {
+    let lines = |length: f32, opening: [f32; 2]| {
+        let (before, after) = (vec![-0.3, 0.0], vec![length, length + 0.3]);
+        [before, if window { opening.to_vec() } else { Vec::new() }, after].concat()
+    };
+    let (xs, ys) = (lines(SIZE.x, [2.9, 3.4]), lines(SIZE.y, [1.35, 1.95]));
+    let zs = [-0.3, 0.0, SIZE.z, SIZE.z + 0.3];
+    let (last_x, last_y) = (xs.len() - 2, ys.len() - 2);
+    let filled = |[i, j, k]: [usize; 3]| {
+        let room = (1..last_x).contains(&i) && (1..last_y).contains(&j) && k == 1;
+        let opening = window && i == 2 && j == 2 && k == 2;
+        !(room || opening)
+    };
+    s.grid([&xs, &ys, &zs], filled, |_, n| if n.y < -0.5 { CEILING } else { WALL });
     let mut rng = Rng::new(3, Stream::Scene, 5, 0);
     let width = SIZE.z / 34.0;
     for row in 0..34 {

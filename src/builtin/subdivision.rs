@@ -10,10 +10,9 @@ use std::f32::consts::TAU;
 use glam::{IVec3, Vec2, Vec3};
 use serde::Deserialize;
 
-use super::Generated;
 use super::solid::Solids;
-use crate::radiometry::Rgb;
-use crate::scene::{Cage, INFINITE_SHARPNESS, Material};
+use super::{Generated, diffuse};
+use crate::scene::{Cage, INFINITE_SHARPNESS};
 
 /// The scene has no parameters.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -41,14 +40,7 @@ pub fn subdivision(_: &SubdivisionParameters) -> Result<Generated, String> {
         ("vase", [0.7, 0.25, 0.2]),
         ("sheet", [0.45, 0.6, 0.3]),
     ];
-    let materials = colors
-        .iter()
-        .map(|&(name, albedo)| Material {
-            name: name.into(),
-            albedo: Rgb::from(albedo),
-            ..Material::default()
-        })
-        .collect();
+    let materials = diffuse(&colors);
     Ok(Generated { mesh: s.mesh, cages: vec![cage], materials, ..Generated::default() })
 }
 
