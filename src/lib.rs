@@ -24,6 +24,7 @@
 //! | [`accel`] (4) | `Geometry` → [`accel::RayQuery`]: Embree, pure-Rust BVH, brute force |
 //! | [`shading`] (5) | hit → surface; lights, direct light; [`shading::World`] |
 //! | [`proxy`] (6) | `World` → [`proxy::Proxy`]: light of surfaces, read where rays land |
+//! | [`guide`] (6) | `World`, `Proxy` → [`guide::Guide`]: where light comes from, learned |
 //! | [`film`] (6) | layers → EXR, PNG |
 //! | [`denoise`] (6) | the finished picture denoised, by a library opened at run time |
 //! | [`record`] (6) | pass 1: camera samples and shading points, shared by the methods |
@@ -80,6 +81,7 @@ pub mod error;
 pub mod export;
 pub mod ffi;
 pub mod film;
+pub mod guide;
 pub mod info;
 pub mod input_file;
 pub mod length;

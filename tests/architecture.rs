@@ -28,6 +28,7 @@ const RANKS: &[(&str, u32)] = &[
     ("accel", 4),
     ("shading", 5),
     ("proxy", 6),
+    ("guide", 6),
     ("film", 2),
     ("denoise", 6),
     ("record", 6),

@@ -7,7 +7,7 @@ use nearfar::compare::{Truth, errors};
 use nearfar::method::cache::{
     Cache, CacheRecord, CacheSettings, Mode, fill_and_interpolate, render, store,
 };
-use nearfar::method::final_gather::gather;
+use nearfar::method::final_gather::{Rays, gather};
 use nearfar::method::key::Key;
 use nearfar::method::stage::{Inputs, Stage};
 use nearfar::proxy::{Proxy, ProxySettings};
@@ -46,7 +46,8 @@ fn cached(w: &World, settings: &CacheSettings, stage: &Stage) -> (Vec<Rgb>, Cach
 }
 
 fn gathered(w: &World, stage: &Stage, rays: u32) -> Vec<Rgb> {
-    gather(w, &stage.proxy, &stage.samples.points, rays, 0, &Run::new(2).unwrap()).unwrap()
+    gather(w, &stage.proxy, &stage.samples.points, Rays::cosine(rays), 0, &Run::new(2).unwrap())
+        .unwrap()
 }
 
 fn relative_mse(e: &[Rgb], truth: &[Rgb]) -> f64 {

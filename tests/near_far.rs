@@ -11,7 +11,7 @@ use nearfar::method::decompose::pass3::{Far, Pass3};
 use nearfar::method::decompose::{
     Context, DecomposeSettings, Lengths, NearVisibility, Receiver, prepare, render,
 };
-use nearfar::method::final_gather::gather;
+use nearfar::method::final_gather::{Rays, gather};
 use nearfar::method::stage::Inputs;
 use nearfar::proxy::{Estimate, Proxy, ProxySettings};
 use nearfar::radiometry::Rgb;
@@ -339,7 +339,8 @@ fn surfaces_that_hide_each_other() {
             seed: 0,
         };
         let stage = prepare(&w, &default, inputs, &run).unwrap().stage;
-        let truth = gather(&w, &stage.proxy, &stage.samples.points, 1024, 1, &run).unwrap();
+        let truth =
+            gather(&w, &stage.proxy, &stage.samples.points, Rays::cosine(1024), 1, &run).unwrap();
         let truth = stage.samples.reflect(&truth);
         let indirect = |near_visibility| {
             render(&w, &DecomposeSettings { near_visibility, ..default.clone() }, inputs, &run)

@@ -24,7 +24,7 @@ use crate::method::decompose::pass3::{Far, Near, Pass3, PointIrradiance};
 use crate::method::decompose::{
     Context, DecomposeSettings, Lengths, NearVisibility, Prepared, picture, prepare,
 };
-use crate::method::final_gather::gather;
+use crate::method::final_gather::{Rays, gather};
 use crate::method::stage::Inputs;
 use crate::radiometry::Rgb;
 use crate::record::{CameraSamples, camera_samples_where};
@@ -95,7 +95,7 @@ impl Lattice<'_> {
         ];
         let points = &self.samples.points;
         let mut row = |part, found: &[Rgb]| rows.push(self.row(part, &self.samples, found));
-        row("proxy", &gather(world, proxy, points, self.gather_rays, seed, run)?);
+        row("proxy", &gather(world, proxy, points, Rays::cosine(self.gather_rays), seed, run)?);
 
         let all_far = Context { lengths: Lengths { alpha: 0.0, ..lengths }, ..self.context };
         let clusters = sampled.clusters.clone();

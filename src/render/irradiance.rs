@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use super::Renderer;
 use crate::error::{Error, Result};
 use crate::math::{Frame, Ray, offset_origin};
-use crate::method::final_gather::gather;
+use crate::method::final_gather::{Rays, gather};
 use crate::proxy::{Landing, Need, Proxy};
 use crate::radiometry::Rgb;
 use crate::record::ShadingPoints;
@@ -103,7 +103,7 @@ impl Renderer<'_> {
         });
         run.rays.add(RayKind::Sample, at.len() as u64 * u64::from(SCOUTS));
         let proxy = Proxy::new(world, inputs.proxy(), Need::Landings(&landings), run)?;
-        let indirect = gather(world, &proxy, &at, config.gather.rays, seed, run)?;
+        let indirect = gather(world, &proxy, &at, Rays::cosine(config.gather.rays), seed, run)?;
         let phase = run.phase("direct", at.len() as u64);
         let lit = |i: usize| {
             let sobol = Sobol::new(seed, Stream::Direct, i as u64);

@@ -52,6 +52,8 @@ pub enum Stream {
     PlaceWalk,
     /// Rays that measure the surroundings of what is seen, keyed by lattice point.
     Extent,
+    /// What a lattice of pixels sees and the rays of cells, for guides, keyed by either.
+    Guide,
     /// Independent halves of a picture that converges; a seed of its own for each.
     Converge,
 }
@@ -85,6 +87,7 @@ impl Stream {
             Self::Place => (18, 0),
             Self::PlaceWalk => (19, 0),
             Self::Extent => (20, 0),
+            Self::Guide => (21, 0),
             Self::Converge => (0x636f_6e76_6572_6765, 0),
         }
     }
