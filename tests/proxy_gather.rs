@@ -152,7 +152,7 @@ fn path(w: &World, start: &Surface, rng: &mut Rng) -> f32 {
         let Some(hit) = w.closest(&s.ray(wi, w.diagonal)) else { break };
         beta *= hit.albedo.x;
         sum += beta
-            * direct_irradiance(w, hit.p, hit.ng, hit.ns, 1, &mut |_| {
+            * direct_irradiance(w, [hit.p, hit.ng, hit.ns], None, 1, &mut |_| {
                 (rng.next_f32(), rng.next_2d())
             })
             .0

@@ -225,7 +225,7 @@ fn irradiance_at_points_agrees_with_path_tracing() {
                 let Some(s) = world.closest(&Ray::new(origin, wi)) else { break };
                 beta *= s.albedo;
                 let mut sample = |_: u32| (rng.next_f32(), rng.next_2d());
-                sum += beta * direct_irradiance(world, s.p, s.ng, s.ns, 1, &mut sample).0;
+                sum += beta * direct_irradiance(world, [s.p, s.ng, s.ns], None, 1, &mut sample).0;
                 (at, ng, n) = (s.p, s.ng, s.ns);
             }
         }

@@ -54,7 +54,10 @@ fn world(map: Environment) -> World {
 
 fn direct(world: &World, n: Vec3) -> Rgb {
     let mut rng = Rng::new(1, Stream::Test, 0, 0);
-    direct_irradiance(world, Vec3::ZERO, n, n, 20_000, &mut |_| (rng.next_f32(), rng.next_2d())).0
+    direct_irradiance(world, [Vec3::ZERO, n, n], None, 20_000, &mut |_| {
+        (rng.next_f32(), rng.next_2d())
+    })
+    .0
 }
 
 fn lone(x: usize, y: usize) -> impl Fn(usize, usize) -> Rgb {

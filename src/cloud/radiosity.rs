@@ -172,14 +172,8 @@ fn direct(
                         let pairs = 1 + 2 * side as u32;
                         let mut sample =
                             |_: u32| (sobol.sample_1d(s, pairs), sobol.sample_2d(s, pairs + 1));
-                        let (e, rays) = direct_irradiance(
-                            world,
-                            surface.p,
-                            surface.ng * sign,
-                            surface.ns * sign,
-                            1,
-                            &mut sample,
-                        );
+                        let at = [surface.p, surface.ng * sign, surface.ns * sign];
+                        let (e, rays) = direct_irradiance(world, at, None, 1, &mut sample);
                         lit.direct[side] += e;
                         lit.leaving[side] += e * surface.albedo;
                         lit.rays += rays;

@@ -1,12 +1,13 @@
 //! Cells: cubes of a grid, each for the surfaces that face along one axis.
 
+use std::collections::HashMap;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::Index;
 use crate::math::{Ray, offset_origin};
 use crate::run::{RayKind, Run};
-use crate::sampling::{Sobol, Stream};
+use crate::sampling::{BuildReady, Sobol, Stream, Words};
 use crate::shading::World;
 
 /// Pixels that are looked through, about.
@@ -43,8 +44,15 @@ impl Seen {
 #[derive(Debug, Default)]
 pub(super) struct Grid {
     size: f32,
-    index: Index,
+    /// By the hash of a key.
+    index: HashMap<u64, u32, BuildReady>,
     keys: Vec<[i32; 4]>,
+}
+
+fn hash(key: [i32; 4]) -> u64 {
+    let mut words = Words(0);
+    key.iter().for_each(|&k| words.add(u64::from(k as u32)));
+    words.0
 }
 
 impl Grid {
@@ -55,7 +63,7 @@ impl Grid {
     }
 
     pub fn find(&self, p: Vec3, n: Vec3) -> Option<usize> {
-        self.index.get(&self.key(p, n)).map(|&c| c as usize)
+        self.index.get(&hash(self.key(p, n))).map(|&c| c as usize)
     }
 
     /// Cells in the 26 cubes around that of cell `c` which face the same way.
@@ -63,7 +71,7 @@ impl Grid {
         let [x, y, z, axis] = self.keys[c];
         let cubes = (0..27).filter(|&i| i != 13).filter_map(move |i| {
             let key = [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1, axis];
-            self.index.get(&key)
+            self.index.get(&hash(key))
         });
         cubes.map(|&beside| beside as usize)
     }
@@ -93,7 +101,7 @@ pub(super) fn lattice(world: &World, size: f32, seed: u64, run: &Run) -> (Grid, 
     let mut members: Vec<Vec<Seen>> = Vec::new();
     for point in seen.into_iter().flatten() {
         let key = grid.key(point.p, point.ns);
-        let cell = *grid.index.entry(key).or_insert_with(|| {
+        let cell = *grid.index.entry(hash(key)).or_insert_with(|| {
             grid.keys.push(key);
             members.push(Vec::new());
             members.len() as u32 - 1

@@ -16,13 +16,12 @@
 //!         directions for a point.
 //! Guarantees  any guide leaves an estimate unbiased, since its rays are not those that it weighs;
 //!         the same bits for any number of threads.
-//! Not     a guide for emitters: they are direct light and sampled as such.
+//! Not     a guide for emitters: they are direct light, for which [`LampGuide`] chooses.
 //! Cost    rays of the cells, some 300 each; 3 kB a cell.
 
 mod cells;
 mod directions;
-
-use std::collections::HashMap;
+mod lamps;
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -34,6 +33,7 @@ use crate::shading::World;
 use cells::{Grid, Seen, lattice};
 pub use directions::Directions;
 use directions::Found;
+pub use lamps::LampGuide;
 
 /// Rays of a cell.
 const RAYS: u32 = 256;
@@ -95,5 +95,3 @@ impl Guide {
         self.cells.is_empty()
     }
 }
-
-type Index = HashMap<[i32; 4], u32>;

@@ -156,7 +156,13 @@ pub fn render(
     settings.validate()?;
     record.validate()?;
     let field = settings.field();
-    let samples = camera_samples(world, record, &DirectSettings { light_samples: 0 }, seed, run)?;
+    let samples = camera_samples(
+        world,
+        record,
+        &DirectSettings { light_samples: 0, ..DirectSettings::default() },
+        seed,
+        run,
+    )?;
     let points = &samples.points;
     let lights: Vec<Rgb> = run.install(|| {
         (0..points.len())

@@ -96,8 +96,13 @@ impl<'a> CellPoints<'a> {
             let s = self.world.geometry.surface(triangle, b.x, b.y);
             let pairs = 1 + 2 * side as u32;
             let mut sample = |_: u32| (sobol.sample_1d(i, pairs), sobol.sample_2d(i, pairs + 1));
-            let (e, rays) =
-                direct_irradiance(self.world, s.p, s.ng * sign, s.ns * sign, 1, &mut sample);
+            let (e, rays) = direct_irradiance(
+                self.world,
+                [s.p, s.ng * sign, s.ns * sign],
+                None,
+                1,
+                &mut sample,
+            );
             direct += e * s.albedo;
             albedo += s.albedo;
             found += 1;

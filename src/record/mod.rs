@@ -21,6 +21,7 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::film::{Film, Layer, layer};
+use crate::guide::LampGuide;
 use crate::math::{Ray, offset_origin};
 use crate::radiometry::Rgb;
 use crate::run::{RayKind, Run};
@@ -110,6 +111,9 @@ pub struct CameraSamples {
     pub points: ShadingPoints,
 }
 
+/// Size of the cells that learn which lamps are seen, over the extent.
+const GUIDE_CELL: f32 = 0.014;
+
 struct Group {
     first: Surface,
     /// Largest distance of a sample from the first one's plane.
@@ -172,6 +176,11 @@ pub fn camera_samples_where(
     wanted: &(dyn Fn(u32, u32) -> bool + Sync),
 ) -> Result<CameraSamples> {
     let (width, height) = (world.camera.width, world.camera.height);
+    let lamps = match direct.learned && direct.light_samples > 0 {
+        true => LampGuide::new(world, GUIDE_CELL * world.around.extent, seed, run)?,
+        false => None,
+    };
+    let eye = Eye { world, settings, direct, lamps: lamps.as_ref(), seed };
     let phase = run.phase("record", u64::from(height));
     let rows: Vec<Row> = run.install(|| {
         (0..height)
@@ -181,7 +190,7 @@ pub fn camera_samples_where(
                 if !run.cancelled() {
                     for x in 0..width {
                         if wanted(x, y) {
-                            pixel(world, settings, direct, seed, x, y, &mut row);
+                            eye.pixel(x, y, &mut row);
                             row.camera_rays += u64::from(settings.spp);
                         } else {
                             row.skip();
@@ -214,92 +223,104 @@ pub fn camera_samples_where(
     Ok(out)
 }
 
-fn pixel(
-    world: &World,
-    settings: &RecordSettings,
-    direct_settings: &DirectSettings,
+/// What a pixel is looked at with.
+struct Eye<'a> {
+    world: &'a World,
+    settings: &'a RecordSettings,
+    direct: &'a DirectSettings,
+    lamps: Option<&'a LampGuide>,
     seed: u64,
-    x: u32,
-    y: u32,
-    row: &mut Row,
-) {
-    let index = y * world.camera.width + x;
-    let lens = Sobol::new(seed, Stream::Camera, u64::from(index));
-    let lamp = Sobol::new(seed, Stream::Direct, u64::from(index));
-    let (_, _, forward) = world.camera.axes();
-    let (spp, filter) = (settings.spp as f32, settings.pixel_filter());
-    let (mut emission, mut direct, mut albedo, mut normal, mut position, mut depth) =
-        (Rgb::ZERO, Rgb::ZERO, Rgb::ZERO, Vec3::ZERO, Vec3::ZERO, 0.0);
-    let mut groups: Vec<Group> = Vec::new();
-    let mut hits = 0.0;
-    for s in 0..settings.spp {
-        let dir = world
-            .camera
-            .direction(Vec2::new(x as f32, y as f32) + filter.position(lens.sample_2d(s, 0)));
-        let Some(surface) = world.closest(&Ray::new(world.camera.eye, dir)) else {
-            emission += world.lights.background(dir);
-            continue;
-        };
-        hits += 1.0;
-        emission += surface.le;
-        albedo += surface.albedo;
-        normal += surface.ns;
-        position += surface.p;
-        let z = (surface.p - world.camera.eye).dot(forward);
-        depth += z;
-        if surface.albedo == Rgb::ZERO {
-            continue;
-        }
-        let count = direct_settings.light_samples;
-        let (e, rays) =
-            direct_irradiance(world, surface.p, surface.ng, surface.ns, count, &mut |i| {
-                let k = s * count + i;
-                (lamp.sample_1d(k, 0), lamp.sample_2d(k, 1))
-            });
-        row.shadow_rays += rays;
-        direct += surface.albedo * e * std::f32::consts::FRAC_1_PI;
-        let reach = settings.share_plane * z * world.camera.pixel_angle();
-        let shared = groups.iter_mut().find(|g| {
-            g.first.ns.dot(surface.ns) >= settings.share_normal_cos
-                && g.first.ng.dot(surface.ng) >= settings.share_normal_cos
-                && g.first.ng.dot(surface.p - g.first.p).abs() <= reach
-        });
-        match shared {
-            Some(g) => {
-                g.bend = g.bend.max(g.first.ng.dot(surface.p - g.first.p).abs());
-                g.p += surface.p;
-                g.ns += surface.ns;
-                g.albedo += surface.albedo;
-                g.count += 1.0;
+}
+
+impl Eye<'_> {
+    fn pixel(&self, x: u32, y: u32, row: &mut Row) {
+        let Self { world, settings, direct: direct_settings, lamps, seed } = *self;
+        let index = y * world.camera.width + x;
+        let lens = Sobol::new(seed, Stream::Camera, u64::from(index));
+        let lamp = Sobol::new(seed, Stream::Direct, u64::from(index));
+        let (_, _, forward) = world.camera.axes();
+        let (spp, filter) = (settings.spp as f32, settings.pixel_filter());
+        let (mut emission, mut direct, mut albedo, mut normal, mut position, mut depth) =
+            (Rgb::ZERO, Rgb::ZERO, Rgb::ZERO, Vec3::ZERO, Vec3::ZERO, 0.0);
+        let mut groups: Vec<Group> = Vec::new();
+        let mut hits = 0.0;
+        for s in 0..settings.spp {
+            let dir = world
+                .camera
+                .direction(Vec2::new(x as f32, y as f32) + filter.position(lens.sample_2d(s, 0)));
+            let Some(surface) = world.closest(&Ray::new(world.camera.eye, dir)) else {
+                emission += world.lights.background(dir);
+                continue;
+            };
+            hits += 1.0;
+            emission += surface.le;
+            albedo += surface.albedo;
+            normal += surface.ns;
+            position += surface.p;
+            let z = (surface.p - world.camera.eye).dot(forward);
+            depth += z;
+            if surface.albedo == Rgb::ZERO {
+                continue;
             }
-            None => groups.push(Group {
-                first: surface,
-                bend: 0.0,
-                p: surface.p,
-                ns: surface.ns,
-                albedo: surface.albedo,
-                count: 1.0,
-            }),
+            let count = direct_settings.light_samples;
+            let choice = lamps.and_then(|lamps| lamps.at(surface.p, surface.ns));
+            let (e, rays) = direct_irradiance(
+                world,
+                [surface.p, surface.ng, surface.ns],
+                choice,
+                count,
+                &mut |i| {
+                    let k = s * count + i;
+                    (lamp.sample_1d(k, 0), lamp.sample_2d(k, 1))
+                },
+            );
+            row.shadow_rays += rays;
+            direct += surface.albedo * e * std::f32::consts::FRAC_1_PI;
+            let reach = settings.share_plane * z * world.camera.pixel_angle();
+            let shared = groups.iter_mut().find(|g| {
+                g.first.ns.dot(surface.ns) >= settings.share_normal_cos
+                    && g.first.ng.dot(surface.ng) >= settings.share_normal_cos
+                    && g.first.ng.dot(surface.p - g.first.p).abs() <= reach
+            });
+            match shared {
+                Some(g) => {
+                    g.bend = g.bend.max(g.first.ng.dot(surface.p - g.first.p).abs());
+                    g.p += surface.p;
+                    g.ns += surface.ns;
+                    g.albedo += surface.albedo;
+                    g.count += 1.0;
+                }
+                None => groups.push(Group {
+                    first: surface,
+                    bend: 0.0,
+                    p: surface.p,
+                    ns: surface.ns,
+                    albedo: surface.albedo,
+                    count: 1.0,
+                }),
+            }
         }
-    }
-    row.emission.push(emission / spp);
-    row.direct.push(direct / spp);
-    row.albedo.push(albedo / spp);
-    row.normal.push(normal / spp);
-    row.position.push(if hits > 0.0 { position / hits } else { Vec3::ZERO });
-    row.depth.push(if hits > 0.0 { depth / hits } else { f32::INFINITY });
-    for g in groups {
-        // On a curved surface the mean would lie inside the body, and rays from there would meet
-        // its inner side.
-        let flat =
-            g.bend <= offset_origin(g.first.p, g.first.ng, world.diagonal).distance(g.first.p);
-        let p = if flat { g.p / g.count } else { g.first.p };
-        row.points.p.push(offset_origin(p, g.first.ng, world.diagonal));
-        row.points.ng.push(g.first.ng);
-        row.points.ns.push(g.ns.normalize_or(g.first.ns));
-        row.points.albedo_weight.push(g.albedo / spp);
-        row.points.pixel.push(index);
-        row.points.footprint.push((p - world.camera.eye).dot(forward) * world.camera.pixel_angle());
+        row.emission.push(emission / spp);
+        row.direct.push(direct / spp);
+        row.albedo.push(albedo / spp);
+        row.normal.push(normal / spp);
+        row.position.push(if hits > 0.0 { position / hits } else { Vec3::ZERO });
+        row.depth.push(if hits > 0.0 { depth / hits } else { f32::INFINITY });
+        for g in groups {
+            // On a curved surface the mean would lie inside the body, and rays from there would meet
+            // its inner side.
+            let flat =
+                g.bend <= offset_origin(g.first.p, g.first.ng, world.diagonal).distance(g.first.p);
+            let p = if flat { g.p / g.count } else { g.first.p };
+            row.points.p.push(offset_origin(p, g.first.ng, world.diagonal));
+            row.points.ng.push(g.first.ng);
+            row.points.ns.push(g.ns.normalize_or(g.first.ns));
+            row.points.albedo_weight.push(g.albedo / spp);
+            row.points.pixel.push(index);
+            row.points
+                .footprint
+                .push((p - world.camera.eye).dot(forward) * world.camera.pixel_angle());
+        }
     }
 }
 

@@ -110,7 +110,7 @@ impl Renderer<'_> {
             let count = config.direct.light_samples;
             let mut sample = |k: u32| (sobol.sample_1d(k, 0), sobol.sample_2d(k, 1));
             let (p, n) = (points.p[i], at.ns[i]);
-            let (direct, rays) = direct_irradiance(world, p, n, n, count, &mut sample);
+            let (direct, rays) = direct_irradiance(world, [p, n, n], None, count, &mut sample);
             run.rays.add(RayKind::Shadow, rays);
             phase.advance(1);
             PointIrradiance { direct, indirect: indirect[i] }

@@ -7,6 +7,7 @@
 mod discrete;
 mod grid;
 mod pixel_filter;
+mod ready;
 mod rng;
 mod sobol;
 mod warp;
@@ -19,6 +20,7 @@ pub const ENDLESS: u32 = 1 << 30;
 pub use discrete::Discrete;
 pub use grid::Grid;
 pub use pixel_filter::{FilterShape, PixelFilter};
+pub use ready::{BuildReady, Ready};
 pub use rng::{Rng, Stream, hash64, pixel_of_view, sub_seed};
 pub use sobol::Sobol;
 pub use warp::{

@@ -10,7 +10,7 @@ mod world;
 
 pub use lights::{
     DirectSettings, LightSample, LightTable, PhotonEmission, Sky, direct_irradiance, light_visible,
-    shadow_ray,
+    seen_irradiance, shadow_ray,
 };
 pub use surface::Surface;
 pub use surroundings::Surroundings;

@@ -37,7 +37,6 @@ mod solve;
 mod system;
 
 use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
@@ -46,6 +45,7 @@ use super::{Added, Landing, Need, Piece, PlaceStats, ProxySettings, Reading, Sho
 use crate::error::Result;
 use crate::radiometry::Rgb;
 use crate::run::Run;
+use crate::sampling::BuildReady;
 use crate::shading::World;
 use cover::sees;
 use key::Grids;
@@ -114,22 +114,6 @@ struct Place {
     whole: bool,
 }
 
-/// Keys are hashes already.
-#[derive(Default)]
-struct Ready(u64);
-
-impl Hasher for Ready {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&b| self.0 = self.0 << 8 | u64::from(b));
-    }
-    fn write_u64(&mut self, word: u64) {
-        self.0 = word;
-    }
-}
-
 /// All places that were needed so far.
 #[derive(Debug)]
 pub(super) struct Places {
@@ -138,7 +122,7 @@ pub(super) struct Places {
     gather_rays: u32,
     seed: u64,
     /// By key.
-    index: HashMap<u64, Place, BuildHasherDefault<Ready>>,
+    index: HashMap<u64, Place, BuildReady>,
     parts: Vec<Part>,
     /// Of each part.
     lights: Vec<Light>,

@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3};
 use super::LightSample;
 use crate::math::offset_origin;
 use crate::radiometry::Rgb;
+use crate::sampling::Discrete;
 use crate::shading::World;
 
 /// True when the light of `sample` is seen along its ray.
@@ -25,12 +26,13 @@ pub fn light_visible(world: &World, sample: &LightSample) -> bool {
 ///
 /// `sample(i)` gives (pick, uv) of ray i, uniform; the pick is stratified here: ray i takes the
 /// i-th of `count` equal parts. `p` is moved off the surface along `ng` here. A single light
-/// without extent takes one ray whatever `count`. W·m⁻²; 0 for `count` = 0.
+/// without extent takes one ray whatever `count`. W·m⁻²; 0 for `count` = 0. With `choice` the groups
+/// of [`super::LightTable::choices`] are drawn from it; every group that reaches the point must have
+/// a weight.
 pub fn direct_irradiance(
     world: &World,
-    p: Vec3,
-    ng: Vec3,
-    n: Vec3,
+    [p, ng, n]: [Vec3; 3],
+    choice: Option<&Discrete>,
     count: u32,
     sample: &mut dyn FnMut(u32) -> (f32, Vec2),
 ) -> (Rgb, u64) {
@@ -38,11 +40,18 @@ pub fn direct_irradiance(
         return (Rgb::ZERO, 0);
     }
     let count = if world.lights.is_one_delta() { 1 } else { count };
+    let origin = offset_origin(p, ng, world.diagonal);
     let (mut sum, mut rays) = (Rgb::ZERO, 0);
     for i in 0..count {
         let (pick, uv) = sample(i);
         let pick = ((i as f32 + pick) / count as f32).min(0.999_999_9);
-        let found = shadow_ray(world, [p, ng, n], pick, uv, |_| 1.0);
+        let found = match choice {
+            None => shadow_ray(world, [p, ng, n], pick, uv, |_| 1.0),
+            Some(choice) => {
+                let light = world.lights.sample_by(choice, origin, pick, uv).1;
+                light.and_then(|light| seen_irradiance(world, &light, ng, n))
+            }
+        };
         rays += u64::from(found.is_some());
         sum += found.unwrap_or_default();
     }
@@ -61,10 +70,14 @@ pub fn shadow_ray(
 ) -> Option<Rgb> {
     let origin = offset_origin(p, ng, world.diagonal);
     let light = world.lights.sample(origin, n, pick, uv)?;
+    seen_irradiance(world, &light, ng, n).map(|e| e * share(&light))
+}
+
+/// Irradiance by one connection, where it is seen; none where no ray was shot.
+pub fn seen_irradiance(world: &World, light: &LightSample, ng: Vec3, n: Vec3) -> Option<Rgb> {
     let cos = n.dot(light.wi);
     if cos <= 0.0 || ng.dot(light.wi) <= 0.0 {
         return None;
     }
-    let lit = light_visible(world, &light);
-    Some(if lit { light.weight * (cos * share(&light)) } else { Rgb::ZERO })
+    Some(if light_visible(world, light) { light.weight * cos } else { Rgb::ZERO })
 }

@@ -34,8 +34,8 @@ use crate::scene::{Light, Material, Scene};
 use crate::settings::section;
 use crate::tessellate::Geometry;
 
-pub use direct::{direct_irradiance, light_visible, shadow_ray};
-use pick::Groups;
+pub use direct::{direct_irradiance, light_visible, seen_irradiance, shadow_ray};
+use pick::{Groups, MOST, MOST_FINE};
 use sky::Bright;
 pub use sky::Sky;
 
@@ -82,6 +82,8 @@ section! {
         /// Points on lights, each with a shadow ray, per camera sample. A single light without
         /// extent takes one.
         light_samples: u32 = 4, in from(1.0).to(4096.0), unit "shadow rays";
+        /// Whether lamps are chosen by what of them is seen around a point.
+        learned: bool = true;
     }
 }
 
@@ -155,6 +157,7 @@ pub struct LightTable {
     /// kind.
     source_of_triangle: Vec<u32>,
     groups: Groups,
+    fine: Groups,
     /// Photon emission: sources in order, then the sky.
     emission: Discrete,
     power: Rgb,
@@ -170,6 +173,14 @@ impl LightTable {
             self.sources.as_slice(),
             [Source::DeltaSun { .. } | Source::Point { .. } | Source::Spot { .. }]
         )
+    }
+    /// How many groups of lights a choice made beforehand tells apart ([`LightTable::sample_by`]).
+    pub fn choices(&self) -> usize {
+        self.fine.len()
+    }
+    /// About the unoccluded irradiance at `p` with normal `n` from one of these groups.
+    pub fn importance(&self, choice: usize, p: Vec3, n: Vec3) -> f32 {
+        self.fine.importance(&self.sources, choice, p, n)
     }
     /// Collects emissive triangles and lights. Lights of zero power are left out.
     pub fn new(scene: &Scene, geometry: &Geometry) -> Self {
@@ -260,7 +271,8 @@ impl LightTable {
             }
         }
         let mut powers: Vec<Rgb> = table.sources.iter().map(|s| table.power_of(s)).collect();
-        table.groups = Groups::new(&table.sources, &powers);
+        table.groups = Groups::new(&table.sources, &powers, MOST);
+        table.fine = Groups::new(&table.sources, &powers, MOST_FINE);
         powers.push(table.sky.integral() * (std::f32::consts::PI * table.radius * table.radius));
         table.emission = Discrete::new(powers.iter().map(|p| f64::from(p.element_sum())));
         table.power = powers.iter().copied().sum();

@@ -4,7 +4,10 @@
 //! Σ power / d² with the cosines bounded from below, so that a light that can contribute always
 //! keeps a positive probability, and one that provably cannot (behind its own plane or below the
 //! receiver's horizon) has none. Many lights are halved at the median of their longest extent until
-//! 48 groups remain; suns always stand alone.
+//! three quarters of the most groups remain; suns always stand alone.
+//!
+//! There are two tables: a coarse one, all of whose groups are looked at for every pick, and a fine
+//! one for those who bring a choice of their own ([`crate::guide`]).
 
 use glam::Vec3;
 
@@ -14,10 +17,9 @@ use crate::radiometry::Rgb;
 use crate::sampling::Discrete;
 
 /// Most groups that are looked at for one pick.
-const MOST: usize = 64;
-const SPLIT: usize = 48;
-/// Least cosine that the estimate assumes at either end.
-const LEAST_COS: f32 = 0.05;
+pub(super) const MOST: usize = 64;
+/// Most groups of a choice that was made beforehand.
+pub(super) const MOST_FINE: usize = 512;
 
 #[derive(Debug)]
 struct Group {
@@ -46,7 +48,8 @@ pub(super) struct Picked {
 }
 
 impl Groups {
-    pub(super) fn new(sources: &[Source], powers: &[Rgb]) -> Self {
+    /// At most `most` groups, and suns.
+    pub(super) fn new(sources: &[Source], powers: &[Rgb], most: usize) -> Self {
         let (mut placed, mut sets): (Vec<u32>, Vec<Vec<u32>>) = (Vec::new(), Vec::new());
         for (i, source) in sources.iter().enumerate() {
             if source.bounds().is_some() {
@@ -55,10 +58,10 @@ impl Groups {
                 sets.push(vec![i as u32])
             }
         }
-        if placed.len() + sets.len() <= MOST {
+        if placed.len() + sets.len() <= most {
             sets.extend(placed.into_iter().map(|i| vec![i]));
         } else {
-            sets.extend(halve(placed, sources));
+            sets.extend(halve(placed, sources, most - most / 4));
         }
         let mut out = Self { place: vec![(0, 0.0); sources.len()], ..Self::default() };
         for members in sets {
@@ -101,14 +104,7 @@ impl Groups {
             total += group.importance(sources, p, n);
             *slot = total;
         }
-        if total.is_nan() || total <= 0.0 {
-            return None;
-        }
-        let x = u * total;
-        let mut g = cdf[..count].partition_point(|&c| c <= x).min(count - 1);
-        while g > 0 && cdf[g] <= cdf[g - 1] {
-            g -= 1;
-        }
+        let (g, _) = pick_of(&cdf[..count], u)?;
         let before = if g == 0 { 0.0 } else { cdf[g - 1] };
         let width = cdf[g] - before;
         let group = &self.groups[g];
@@ -116,11 +112,30 @@ impl Groups {
         if let [source] = group.members.as_slice() {
             return Some(Picked { source: *source, probability });
         }
-        let (k, _) = group.within.sample(((x - before) / width).clamp(0.0, 0.999_999_9))?;
+        let rest = (u * total - before) / width;
+        let (k, _) = group.within.sample(rest.clamp(0.0, 0.999_999_9))?;
         Some(Picked {
             source: group.members[k],
             probability: probability * group.within.probability(k),
         })
+    }
+
+    /// How many.
+    pub(super) fn len(&self) -> usize {
+        self.groups.len()
+    }
+
+    /// About the unoccluded irradiance at `p` from group `g`.
+    pub(super) fn importance(&self, sources: &[Source], g: usize, p: Vec3, n: Vec3) -> f32 {
+        self.groups[g].importance(sources, p, n)
+    }
+
+    /// A source of group `g`, which was picked with probability `chance`, for `u`.
+    pub(super) fn member(&self, g: usize, chance: f32, u: f32) -> Option<Picked> {
+        let group = &self.groups[g];
+        let (k, _) = group.within.sample(u)?;
+        let probability = chance * group.within.probability(k);
+        Some(Picked { source: group.members[k], probability })
     }
 
     /// Probability that [`Groups::pick`] gives `source` at `p`.
@@ -140,6 +155,20 @@ impl Groups {
         }
         if total > 0.0 { own / total * within } else { 0.0 }
     }
+}
+
+/// An entry of a running sum for `u`, and its share of the whole; none where nothing has weight.
+fn pick_of(cdf: &[f32], u: f32) -> Option<(usize, f32)> {
+    let total = *cdf.last()?;
+    if total.is_nan() || total <= 0.0 {
+        return None;
+    }
+    let mut k = cdf.partition_point(|&c| c <= u * total).min(cdf.len() - 1);
+    while k > 0 && cdf[k] <= cdf[k - 1] {
+        k -= 1;
+    }
+    let before = if k == 0 { 0.0 } else { cdf[k - 1] };
+    Some((k, (cdf[k] - before) / total))
 }
 
 impl Group {
@@ -216,12 +245,12 @@ fn toward_point(to: Vec3, n: Vec3) -> f32 {
     if d2 > 0.0 { n.dot(to).max(0.0) / (d2 * d2.sqrt()) } else { 0.0 }
 }
 
-/// Halves the set with the most members at the median of its longest extent until [`SPLIT`] sets
+/// Halves the set with the most members at the median of its longest extent until `count` sets
 /// remain.
-fn halve(all: Vec<u32>, sources: &[Source]) -> Vec<Vec<u32>> {
+fn halve(all: Vec<u32>, sources: &[Source], count: usize) -> Vec<Vec<u32>> {
     let middle = |i: u32| sources[i as usize].bounds().map_or(Vec3::ZERO, |b| b.center());
     let mut sets = vec![all];
-    while sets.len() < SPLIT {
+    while sets.len() < count {
         let Some(at) = (0..sets.len())
             .filter(|&i| sets[i].len() > 1)
             .max_by_key(|&i| (sets[i].len(), std::cmp::Reverse(i)))

@@ -3,10 +3,11 @@
 
 use glam::{Vec2, Vec3};
 
+use super::pick::Picked;
 use super::{LightSample, LightTable, Source, spot_falloff, sun_disc};
 use crate::math::{Frame, Ray};
 use crate::radiometry::Rgb;
-use crate::sampling::{pdf_uniform_cone, sample_triangle, sample_uniform_cone};
+use crate::sampling::{Discrete, pdf_uniform_cone, sample_triangle, sample_uniform_cone};
 
 /// 1 − cos of the half angle under which a sphere appears, written without cancellation; 2 (all
 /// directions) from inside.
@@ -21,6 +22,24 @@ impl LightTable {
     /// facing away, masked out, or no light can reach `p`.
     pub fn sample(&self, p: Vec3, n: Vec3, u_pick: f32, uv: Vec2) -> Option<LightSample> {
         let picked = self.groups.pick(&self.sources, p, n, u_pick)?;
+        self.connect(picked, p, uv)
+    }
+
+    /// As [`LightTable::sample`], with the groups of [`LightTable::choices`] drawn from `choice`.
+    /// Also tells which group it was.
+    pub fn sample_by(
+        &self,
+        choice: &Discrete,
+        p: Vec3,
+        u_pick: f32,
+        uv: Vec2,
+    ) -> (usize, Option<LightSample>) {
+        let Some((group, rest)) = choice.sample(u_pick) else { return (0, None) };
+        let picked = self.fine.member(group, choice.probability(group), rest);
+        (group, picked.and_then(|picked| self.connect(picked, p, uv)))
+    }
+
+    fn connect(&self, picked: Picked, p: Vec3, uv: Vec2) -> Option<LightSample> {
         let chance = picked.probability;
         let sample = match self.sources[picked.source as usize] {
             Source::Triangle { v0, e1, e2, normal, area, radiance, ref cutout } => {

@@ -29,7 +29,7 @@ fn world(lights: Vec<Light>) -> World {
 
 fn irradiance(world: &World, p: Vec3, n: Vec3, count: u32) -> Rgb {
     let mut rng = Rng::new(1, Stream::Test, 0, 0);
-    direct_irradiance(world, p, n, n, count, &mut |_| (rng.next_f32(), rng.next_2d())).0
+    direct_irradiance(world, [p, n, n], None, count, &mut |_| (rng.next_f32(), rng.next_2d())).0
 }
 
 #[test]
