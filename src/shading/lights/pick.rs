@@ -20,6 +20,8 @@ use crate::sampling::Discrete;
 pub(super) const MOST: usize = 64;
 /// Most groups of a choice that was made beforehand.
 pub(super) const MOST_FINE: usize = 512;
+/// Least cosine that the estimate assumes at either end.
+const LEAST_COS: f32 = 0.05;
 
 #[derive(Debug)]
 struct Group {
