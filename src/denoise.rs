@@ -32,6 +32,8 @@ choices! {
     /// What removes noise from the finished picture.
     #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
     pub enum Denoise default None {
+        /// Open Image Denoise 2 where it is found, else nothing.
+        Auto = "auto",
         /// Nothing.
         None = "none",
         /// Open Image Denoise 2, where the system or NEARFAR_OIDN has it.
@@ -40,14 +42,15 @@ choices! {
 }
 
 impl Denoise {
-    /// Opens the library, if one is asked for; before the render, so that a missing one is told at
-    /// once.
+    /// Opens the library, if one is asked for or there; before the render, so that a missing one is
+    /// told at once.
     ///
     /// # Errors
     /// As [`Denoiser::open`].
     pub fn open(self, run: &Run) -> Result<Option<Denoiser>> {
         match self {
             Self::None => Ok(None),
+            Self::Auto => Denoiser::found(run.threads()),
             Self::Oidn => Denoiser::open(run.threads()).map(Some),
         }
     }

@@ -38,7 +38,7 @@ impl Bench {
     fn error(&self, decompose: &DecomposeSettings, photon: &ProxySettings) -> f64 {
         let (record, direct) = (
             RecordSettings { spp: 16, ..RecordSettings::default() },
-            DirectSettings { light_samples: 16, ..DirectSettings::default() },
+            DirectSettings { light_samples: Some(16), ..DirectSettings::default() },
         );
         let seeds = 3;
         let one = |seed| {

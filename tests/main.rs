@@ -21,6 +21,7 @@ mod export;
 mod faults;
 mod gallery;
 mod guide;
+mod guided;
 mod hostile;
 mod info;
 mod install;

@@ -76,8 +76,10 @@ pub fn budget(
         .collect();
     let context = prepared.context(world, settings, inputs.seed, run);
     let lattice = Lattice { context, prepared: &prepared, pixels, samples, truth, gather_rays };
-    let exact_direct =
-        at(&DirectSettings { light_samples: inputs.direct.light_samples * 16, ..*inputs.direct })?;
+    let exact_direct = at(&DirectSettings {
+        light_samples: Some(inputs.direct.light_samples() * 16),
+        ..*inputs.direct
+    })?;
     lattice.rows(&exact_direct)
 }
 

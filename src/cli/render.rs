@@ -32,10 +32,12 @@ pub(super) struct RenderArgs {
     output: OutputOptions,
     #[command(flatten)]
     keep: KeepOptions,
-    /// How light is computed.
-    #[arg(long, default_value_t, value_enum)]
-    method: Method,
-    /// Remove noise from the finished picture; it stays as it was in the layer "noisy".
+    /// How light is computed; default: gather where the picture is denoised, else decomposition.
+    #[arg(long, value_enum)]
+    method: Option<Method>,
+    /// Remove noise from the finished picture; it stays as it was in the layer "noisy". Default:
+    /// auto for gather, decomposition, irradiance-cache and direct, none for the others and with
+    /// --converge.
     #[arg(long, value_enum)]
     denoise: Option<Denoise>,
     /// Go on from this method's picture towards the ground truth, until --spp, --time-limit or
@@ -92,12 +94,20 @@ fn samples(output: &OutputOptions, target_error: Option<f64>) -> Option<Value> {
 }
 
 impl RenderArgs {
+    /// The method that is asked for, or that other options ask for; none where the denoiser decides.
+    fn method(&self) -> Option<Method> {
+        let kept = [&self.load_cache, &self.save_cache, &self.locations, &self.locations_png];
+        let of_decomposition =
+            self.converge || self.alpha.is_some() || kept.iter().any(|file| file.is_some());
+        self.method.or_else(|| of_decomposition.then_some(Method::Decomposition))
+    }
+
     fn settings(&self) -> Vec<(&'static str, Value)> {
         let mut found = Vec::new();
         if self.converge {
             found.push(("converge.enabled", Value::Boolean(true)));
             found.extend(samples(&self.output, self.target_error).map(|spp| ("converge.spp", spp)));
-        } else if self.method == Method::Path {
+        } else if self.method == Some(Method::Path) {
             found.extend(samples(&self.output, None).map(|spp| ("path.spp", spp)));
         } else if let Some(spp) = self.output.spp {
             found.push(("record.spp", Value::Integer(spp.into())));
@@ -115,13 +125,13 @@ impl RenderArgs {
     }
 
     fn is_progressive(&self) -> bool {
-        self.converge || self.method == Method::Path
+        self.converge || self.method == Some(Method::Path)
     }
 
     /// Options that only some methods understand, and files that cannot be written.
     fn check(&self) -> Result<()> {
         let refuse = |option: &str, methods: &str| {
-            let method = self.method.name();
+            let method = self.method().unwrap_or_default().name();
             Err(Error::Usage(format!("{option}: --method {method} has none; use {methods}")))
         };
         let of_keepers = [
@@ -131,11 +141,11 @@ impl RenderArgs {
             ("--locations-png", &self.locations_png),
         ];
         if let Some((option, _)) = of_keepers.iter().find(|(_, file)| file.is_some())
-            && !self.method.keeps()
+            && !self.method().unwrap_or_default().keeps()
         {
             return refuse(option, "--method decomposition or irradiance-cache");
         }
-        if self.converge && matches!(self.method, Method::Path | Method::PhotonMap) {
+        if self.converge && matches!(self.method, Some(Method::Path | Method::PhotonMap)) {
             let others = "a method with a picture to start from, such as --method decomposition \
                           (nearfar reference converges by itself)";
             return refuse("--converge", others);
@@ -145,7 +155,7 @@ impl RenderArgs {
                                something to go on from before they are done";
             return refuse(option, progressive);
         }
-        if self.photons.is_some() && self.method != Method::PhotonMap {
+        if self.photons.is_some() && self.method != Some(Method::PhotonMap) {
             return refuse("--photons", "--method photon-map");
         }
         let written = [&self.save_cache, &self.locations, &self.locations_png, &self.photons];
@@ -167,16 +177,20 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         Kept::default()
     };
     (kept.load, kept.save) = (args.load_cache.clone(), args.save_cache.clone());
-    let job = args.scene.prepare(&args.settings(), args.output.time_limit, cancel)?;
+    let mut job = args.scene.prepare(&args.settings(), args.output.time_limit, cancel)?;
+    if !args.is_progressive() && args.method().is_none_or(Method::has_rays_of_pixels) {
+        job.config.denoise.get_or_insert(Denoise::Auto);
+    }
     if args.output.time_limit.is_some() && !args.is_progressive() {
-        let method = args.method.name();
+        let method = args.method().map_or("gather", Method::name);
         job.run.warn(format!("--time-limit: method {method} cannot be stopped before it is done"));
     }
     let mut renderer = Renderer::new(&job.scene, &job.config, &job.run)?;
     if args.is_progressive() {
         stop::keeps();
     }
-    let rendered = renderer.render_keeping(args.method, &kept)?;
+    let method = args.method().unwrap_or_else(|| Method::of_pictures(renderer.denoises()));
+    let rendered = renderer.render_keeping(method, &kept)?;
     if job.run.cancelled() {
         return Err(args.keep.stopped(&args.output, &job, rendered));
     }

@@ -39,7 +39,7 @@ section! {
         backend: Backend = Backend::default();
         /// What removes noise from the finished picture; with it `decompose.near_filter` is 0
         /// unless set.
-        denoise: Denoise = Denoise::None;
+        denoise: Option<Denoise> = None, follows "the command: auto with nearfar render, else none";
     } sections {
         direct: DirectSettings;
         record: RecordSettings;
@@ -98,10 +98,12 @@ impl RenderConfig {
     /// Gives what follows a setting of another section its value, where it is not set. Done by
     /// [`RenderConfig::from_table`]; once more is no harm.
     pub fn follow(&mut self) {
-        if self.denoise != Denoise::None {
-            // A denoiser takes the noise of single near rays better than what the filter makes of
-            // it.
+        if self.denoise == Some(Denoise::Oidn) {
+            // A denoiser takes the noise of single rays better than what the filter makes of it,
+            // and better than more rays in the same time.
             self.decompose.near_filter.get_or_insert(0);
+            self.direct.light_samples.get_or_insert(2);
+            self.gather.rays.get_or_insert(16);
         }
         if self.decompose.sums_cells() {
             self.proxy.estimate.get_or_insert(Estimate::Gather);

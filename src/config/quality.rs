@@ -36,6 +36,8 @@ impl Quality {
         match self {
             Self::Draft => &[
                 ("record.spp", "8"),
+                ("gather.rays", "8"),
+                ("direct.light_samples", "2"),
                 ("proxy.photons", "100_000"),
                 ("proxy.gather_rays", "6"),
                 ("proxy.direct_samples", "4"),
@@ -47,11 +49,15 @@ impl Quality {
             Self::Normal => &[],
             Self::High => &[
                 ("proxy.gather_rays", "32"),
+                ("gather.rays", "64"),
+                ("direct.light_samples", "4"),
                 ("decompose.rays", "1024"),
                 ("decompose.near_rays", "32"),
             ],
             Self::Best => &[
                 ("record.spp", "64"),
+                ("gather.rays", "256"),
+                ("direct.light_samples", "4"),
                 ("proxy.gather_rays", "64"),
                 ("decompose.near_cell", "1%"),
                 ("decompose.cluster_radius", "0.4%"),

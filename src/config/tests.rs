@@ -138,7 +138,7 @@ fn what_follows_gives_way_to_what_is_set() {
     assert_eq!(filter("denoise = \"oidn\""), 0);
     assert_eq!(filter("denoise = \"oidn\"\n[decompose]\nnear_filter = 3"), 3);
     assert_eq!(config("[record]\nfilter = \"tent\"").unwrap().path.filter.radius, 1.0);
-    let mut by_hand = RenderConfig { denoise: Denoise::Oidn, ..RenderConfig::default() };
+    let mut by_hand = RenderConfig { denoise: Some(Denoise::Oidn), ..RenderConfig::default() };
     by_hand.record.filter_radius = Some(2.0);
     let taken = by_hand.for_method(Method::Path, 1.0).unwrap();
     assert_eq!((taken.path.filter.radius, taken.decompose.near_filter()), (2.0, 0));

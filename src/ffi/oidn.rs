@@ -1,8 +1,8 @@
 //! Open Image Denoise 2, opened at run time: never needed to build, and only there where the user
 //! has it.
 //!
-//! Search     the file or folder that `NEARFAR_OIDN` names; without it the system's library path,
-//!            by the names of [`NAMES`].
+//! Search     the file or folder that `NEARFAR_OIDN` names; without it the copy that came with the
+//!            program, then the system's library path, by the names of [`NAMES`].
 //! Interface  the C functions of version 2 (CPU device, filter `RT`); names and types as in its own
 //!            documentation, chapter "API". Guarantees an older library, a library of another kind
 //!            and a missing one are told apart, each with the fix. The library stays open until the
@@ -118,6 +118,17 @@ pub struct Input<'a> {
     pub clean: bool,
 }
 
+/// Where a library lies that came with the program: beside an installed one (`lib/nearfar`), or in
+/// the folder `.oidn` of the checkout that the program was built in.
+fn private_copies() -> impl Iterator<Item = PathBuf> {
+    let program = std::env::current_exe().and_then(std::fs::canonicalize).unwrap_or_default();
+    let above = |levels: usize, folder: &str| {
+        program.ancestors().nth(levels).map(|above| above.join(folder)).into_iter()
+    };
+    let folders = above(2, "lib/nearfar").chain(above(3, ".oidn/lib")).chain(above(4, ".oidn/lib"));
+    folders.flat_map(|folder| files(&folder)).filter(|file| file.is_file())
+}
+
 /// What the system says, where it says anything.
 fn reason(error: &libloading::Error) -> String {
     use std::error::Error as _;
@@ -131,6 +142,19 @@ impl Denoiser {
     /// [`Error::Usage`] when there is none or it is not of version 2.
     pub fn open(threads: usize) -> Result<Self> {
         Self::open_from(std::env::var_os(VARIABLE).filter(|v| !v.is_empty()).as_deref(), threads)
+    }
+
+    /// As [`Denoiser::open`]; none where nothing names a library and none is found, or where
+    /// `NEARFAR_OIDN` is "none".
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when what `NEARFAR_OIDN` names is no library of version 2.
+    pub fn found(threads: usize) -> Result<Option<Self>> {
+        match std::env::var_os(VARIABLE).filter(|v| !v.is_empty()) {
+            Some(named) if named == "none" => Ok(None),
+            Some(named) => Self::open_from(Some(&named), threads).map(Some),
+            None => Ok(Self::open_from(None, threads).ok()),
+        }
     }
 
     /// As [`Denoiser::open`], with the variable's value given.
@@ -151,7 +175,7 @@ impl Denoiser {
                 }
                 files
             }
-            None => NAMES.iter().map(PathBuf::from).collect(),
+            None => private_copies().chain(NAMES.iter().map(PathBuf::from)).collect(),
         };
         let mut reasons = Vec::new();
         for file in candidates {

@@ -18,14 +18,32 @@ use crate::shading::World;
 const BINS: [usize; 2] = [16, 48];
 const COUNT: usize = BINS[0] * BINS[1];
 /// Rays that the mean of the hemisphere stands for in every bin.
-const PRIOR: f32 = 0.5;
+const PRIOR: f32 = 0.25;
+/// Rays of the cell that a bright place stands for which others saw.
+const HEARSAY: f32 = 0.1;
+/// How many of these there are.
+const BRIGHT: usize = 256;
+
+/// Hits of all cells, drawn by luminance.
+pub(super) fn bright(found: &[Vec<Found>]) -> Vec<Found> {
+    let met = || found.iter().flatten().filter(|f| f.hit.is_some());
+    let whole: f64 = met().map(|f| f64::from(f.luminance)).sum();
+    let (mut drawn, mut sum) = (Vec::with_capacity(BRIGHT), 0.0);
+    for hit in met() {
+        sum += f64::from(hit.luminance);
+        while drawn.len() < BRIGHT && sum * BRIGHT as f64 > (drawn.len() as f64 + 0.5) * whole {
+            drawn.push(*hit);
+        }
+    }
+    drawn
+}
 
 /// What a ray found.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
     wi: Vec3,
-    /// Where it ended; none for the sky.
-    position: Option<Vec3>,
+    /// Where it ended, and the normal there; none for the sky.
+    hit: Option<(Vec3, Vec3)>,
     /// Luminance that arrives along it.
     luminance: f32,
 }
@@ -47,8 +65,8 @@ pub(super) fn shoot(
             return None;
         }
         let incident = proxy.incident(world, &Ray::new(from.p, wi));
-        let position = incident.t.is_finite().then(|| from.p + wi * incident.t);
-        Some(Found { wi, position, luminance: luminance(incident.radiance) })
+        let hit = incident.t.is_finite().then(|| (from.p + wi * incident.t, incident.normal));
+        Some(Found { wi, hit, luminance: luminance(incident.radiance) })
     };
     (0..rays).filter_map(one).collect()
 }
@@ -70,33 +88,48 @@ fn bin(local: Vec3) -> usize {
 }
 
 impl Directions {
-    /// From sets of rays, each with its weight, seen from `center`.
-    pub(super) fn learn<'a>(center: &Seen, sets: impl Iterator<Item = (&'a [Found], f32)>) -> Self {
+    /// From sets of rays, each with its weight, seen from `center`. What is `bright` is taken into
+    /// account where no ray of the sets met it: it may be hidden from most of the cell only.
+    pub(super) fn learn<'a>(
+        center: &Seen,
+        sets: impl Iterator<Item = (&'a [Found], f32)>,
+        bright: &[Found],
+    ) -> Self {
         let frame = Frame::from_normal(center.ns);
         let mut sums = vec![[0.0f32; 2]; COUNT];
         let mut whole = [0.0f32; 2];
         for (rays, weight) in sets {
             for ray in rays {
-                let wi = match ray.position {
-                    Some(y) => (y - center.p).normalize_or(ray.wi),
+                let wi = match ray.hit {
+                    Some((y, _)) => (y - center.p).normalize_or(ray.wi),
                     None => ray.wi,
                 };
                 let local = frame.local_from_world(wi);
                 if local.z <= 0.0 {
                     continue;
                 }
-                let add = [weight * ray.luminance * ray.luminance, weight];
-                for sum in [&mut sums[bin(local)], &mut whole] {
-                    sum[0] += add[0];
-                    sum[1] += add[1];
-                }
+                let sum = &mut sums[bin(local)];
+                sum[0] += weight * ray.luminance * ray.luminance;
+                sum[1] += weight;
+                whole[0] += weight * ray.luminance;
+                whole[1] += weight;
+            }
+        }
+        for ray in bright {
+            let Some((y, normal)) = ray.hit else { continue };
+            let wi = (y - center.p).normalize_or(ray.wi);
+            let local = frame.local_from_world(wi);
+            if local.z > 0.0 && wi.dot(normal) < 0.0 {
+                let sum = &mut sums[bin(local)];
+                sum[0] += HEARSAY * ray.luminance * ray.luminance;
+                sum[1] += HEARSAY;
             }
         }
         let mean = whole[0] / whole[1].max(f32::MIN_POSITIVE);
         let mut cdf = Box::new([0.0; COUNT]);
         let mut total = 0.0;
         for (slot, [squares, weight]) in cdf.iter_mut().zip(sums) {
-            let square = (squares + PRIOR * mean) / (weight + PRIOR);
+            let square = (squares + PRIOR * mean * mean) / (weight + PRIOR);
             total += square.sqrt();
             *slot = total;
         }
@@ -151,10 +184,10 @@ mod tests {
                 let local = sample_cosine_hemisphere(sobol.sample_2d(i, 0));
                 let wi = Frame::from_normal(Vec3::Y).world_from_local(local);
                 let luminance = if wi.dot(bright) > 0.95 { 50.0 } else { 0.2 };
-                Found { wi, position: None, luminance }
+                Found { wi, hit: None, luminance }
             })
             .collect();
-        Directions::learn(&center, std::iter::once((rays.as_slice(), 1.0)))
+        Directions::learn(&center, std::iter::once((rays.as_slice(), 1.0)), &[])
     }
 
     #[test]
@@ -191,7 +224,7 @@ mod tests {
     #[test]
     fn without_light_the_density_is_the_cosine() {
         let center = Seen { p: Vec3::ZERO, ng: Vec3::Y, ns: Vec3::Y };
-        let directions = Directions::learn(&center, std::iter::empty());
+        let directions = Directions::learn(&center, std::iter::empty(), &[]);
         let pdf = directions.pdf_solid_angle(Vec3::new(0.6, 0.8, 0.0));
         assert!((pdf - pdf_cosine_hemisphere(0.8)).abs() < 1e-4, "{pdf}");
     }

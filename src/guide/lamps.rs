@@ -14,8 +14,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::BESIDE;
-use super::cells::{Grid, Seen, lattice};
+use super::cells::{Cells, Seen};
 use crate::error::Result;
 use crate::run::{RayKind, Run};
 use crate::sampling::{Discrete, Sobol, Stream};
@@ -33,12 +32,18 @@ const KEPT: [f32; 2] = [0.05, 0.005];
 /// A choice of lamps for every cell.
 #[derive(Debug, Default)]
 pub struct LampGuide {
-    grid: Grid,
-    cells: Vec<Discrete>,
+    cells: Cells,
+    choices: Vec<Discrete>,
 }
 
-/// Shadow rays of a cell by group: shot, arrived.
-type Counts = Vec<[f32; 2]>;
+/// What a small cell tells of every group of lamps.
+#[derive(Debug, Default)]
+struct Told {
+    /// Mean unoccluded irradiance.
+    importance: Vec<f32>,
+    /// Shadow rays: shot, arrived.
+    counts: Vec<[f32; 2]>,
+}
 
 impl LampGuide {
     /// For what the world's camera sees, in cells as large as `size` (phase `guide`); none where
@@ -50,39 +55,34 @@ impl LampGuide {
         if world.lights.choices() < 2 {
             return Ok(None);
         }
-        let (grid, members) = lattice(world, size, seed, run);
-        let phase = run.phase("guide", 2 * members.len() as u64);
+        let cells = Cells::new(world, size, seed, run);
+        let phase = run.phase("guide", (cells.members.len() + cells.len()) as u64);
         let shoot = |c: usize| {
             phase.advance(1);
-            if run.cancelled() {
-                Default::default()
-            } else {
-                shoot(world, &members[c], seed, c, run)
-            }
+            let members = &cells.members[c];
+            if run.cancelled() { Told::default() } else { shoot(world, members, seed, c, run) }
         };
-        let shot: Vec<(Vec<f32>, Counts)> =
-            run.install(|| (0..members.len()).into_par_iter().map(shoot).collect());
+        let told: Vec<Told> =
+            run.install(|| (0..cells.members.len()).into_par_iter().map(shoot).collect());
         run.check()?;
         let learn = |c: usize| {
             phase.advance(1);
-            let around: Vec<usize> = grid.around(c).collect();
-            choice(&shot[c], around.iter().map(|&beside| &shot[beside].1))
+            choice(cells.tellers(c).iter().map(|&(cell, weight)| (&told[cell], weight)))
         };
-        let cells = run.install(|| (0..members.len()).into_par_iter().map(learn).collect());
+        let choices = run.install(|| (0..cells.len()).into_par_iter().map(learn).collect());
         run.check()?;
-        Ok(Some(Self { grid, cells }))
+        Ok(Some(Self { cells, choices }))
     }
 
     /// The choice for the surface point `p` with unit normal `n`; none where the lattice met no
     /// surface nearby.
     pub fn at(&self, p: Vec3, n: Vec3) -> Option<&Discrete> {
-        let choice = &self.cells[self.grid.find(p, n)?];
+        let choice = &self.choices[self.cells.find(p, n)?];
         (!choice.is_empty()).then_some(choice)
     }
 }
 
-/// Mean unoccluded irradiance of every group, and what became of the shadow rays.
-fn shoot(world: &World, members: &[Seen], seed: u64, cell: usize, run: &Run) -> (Vec<f32>, Counts) {
+fn shoot(world: &World, members: &[Seen], seed: u64, cell: usize, run: &Run) -> Told {
     let groups = world.lights.choices();
     let mut importance = vec![0.0f32; groups];
     let step = members.len().div_ceil(POINTS);
@@ -108,22 +108,25 @@ fn shoot(world: &World, members: &[Seen], seed: u64, cell: usize, run: &Run) -> 
         counts[group][1] += f32::from(u8::from(e != Vec3::ZERO));
     }
     run.rays.add(RayKind::Shadow, rays);
-    (importance, counts)
+    Told { importance, counts }
 }
 
-fn choice<'a>(
-    (importance, own): &(Vec<f32>, Counts),
-    around: impl Iterator<Item = &'a Counts>,
-) -> Discrete {
-    let mut counts = own.clone();
-    for beside in around {
-        for (sum, add) in counts.iter_mut().zip(beside) {
-            sum[0] += BESIDE * add[0];
-            sum[1] += BESIDE * add[1];
+/// The choice of a cell that others tell of with weights, the first of them most.
+fn choice<'a>(tellers: impl Iterator<Item = (&'a Told, f32)>) -> Discrete {
+    let (mut importance, mut counts) = (Vec::<f32>::new(), Vec::<[f32; 2]>::new());
+    for (told, weight) in tellers {
+        importance.resize(told.importance.len(), 0.0);
+        counts.resize(told.counts.len(), [0.0; 2]);
+        // Cells beside tell what is hidden; how near lamps are is the cell's own.
+        if weight >= 1.0 {
+            importance.iter_mut().zip(&told.importance).for_each(|(sum, add)| *sum += add);
+        }
+        for (sum, add) in counts.iter_mut().zip(&told.counts) {
+            *sum = [sum[0] + weight * add[0], sum[1] + weight * add[1]];
         }
     }
-    let unoccluded: f32 = importance.iter().sum();
     let seen = |[shot, arrived]: [f32; 2]| (arrived + 0.5 * PRIOR) / (shot + PRIOR);
+    let unoccluded: f32 = importance.iter().sum();
     let of_both = importance.iter().zip(&counts);
     let weights: Vec<f32> = of_both.map(|(&i, &c)| i * seen(c).sqrt()).collect();
     let whole: f32 = weights.iter().sum();
@@ -133,7 +136,7 @@ fn choice<'a>(
     let each = 1.0 / weights.len() as f32;
     let shares = weights
         .iter()
-        .zip(importance)
+        .zip(&importance)
         .map(|(&w, &i)| w / whole + KEPT[0] * i / unoccluded + KEPT[1] * each);
     Discrete::new(shares.map(f64::from))
 }

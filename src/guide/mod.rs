@@ -8,7 +8,8 @@
 //! The second moment makes the density one that lowers variance where a bin holds bright and dark
 //! together (Rath et al. 2020, "Variance-aware path guiding"). A [`Guide`] is made of **cells**, cubes of
 //! surface points that face one way; each shoots cosine rays from some of its points through the
-//! proxy, and takes those of the cells around it as well, seen from its own centre. Whoever gathers
+//! proxy, and takes those of the cells around it as well, seen from its own centre. Large cells, made
+//! of the rays of small ones, serve points that no small cell holds. Whoever gathers
 //! light at a point of the cell draws a part of its rays by [`Directions::sample`] and weighs all of
 //! them by the balance heuristic, so that what a guide does not know costs noise and no light.
 //!
@@ -30,21 +31,20 @@ use crate::error::Result;
 use crate::proxy::Proxy;
 use crate::run::Run;
 use crate::shading::World;
-use cells::{Grid, Seen, lattice};
+use cells::Cells;
 pub use directions::Directions;
 use directions::Found;
 pub use lamps::LampGuide;
 
-/// Rays of a cell.
-const RAYS: u32 = 256;
-/// Share that the rays of a cell beside have.
-const BESIDE: f32 = 0.5;
+/// Rays of a small cell: at most, and at least; between these so many that all have [`ALL_RAYS`].
+const RAYS: [usize; 2] = [32, 256];
+const ALL_RAYS: usize = 600_000;
 
 /// Directions of all cells.
 #[derive(Debug, Default)]
 pub struct Guide {
-    grid: Grid,
-    cells: Vec<Directions>,
+    cells: Cells,
+    directions: Vec<Directions>,
 }
 
 impl Guide {
@@ -53,45 +53,47 @@ impl Guide {
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
     pub fn new(world: &World, proxy: &Proxy, size: f32, seed: u64, run: &Run) -> Result<Self> {
-        let (grid, members) = lattice(world, size, seed, run);
-        let phase = run.phase("guide", 2 * members.len() as u64);
+        let cells = Cells::new(world, size, seed, run);
+        let phase = run.phase("guide", (cells.members.len() + cells.len()) as u64);
+        let rays = (ALL_RAYS / cells.members.len().max(1)).clamp(RAYS[0], RAYS[1]) as u32;
         let shoot = |c: usize| {
             let found = if run.cancelled() {
                 Vec::new()
             } else {
-                directions::shoot(world, proxy, &members[c], (RAYS, seed, c as u64))
+                directions::shoot(world, proxy, &cells.members[c], (rays, seed, c as u64))
             };
-            run.rays.add(crate::run::RayKind::Sample, u64::from(RAYS));
+            run.rays.add(crate::run::RayKind::Sample, u64::from(rays));
             phase.advance(1);
             found
         };
         let found: Vec<Vec<Found>> =
-            run.install(|| (0..members.len()).into_par_iter().map(shoot).collect());
+            run.install(|| (0..cells.members.len()).into_par_iter().map(shoot).collect());
         run.check()?;
+        let bright = directions::bright(&found);
         let learn = |c: usize| {
-            let around = grid.around(c).map(|beside| (found[beside].as_slice(), BESIDE));
             phase.advance(1);
-            let own = (found[c].as_slice(), 1.0);
-            Directions::learn(&Seen::mean(&members[c]), std::iter::once(own).chain(around))
+            let tellers = cells.tellers(c);
+            let sets = tellers.iter().map(|&(cell, weight)| (found[cell].as_slice(), weight));
+            Directions::learn(&cells.middle(c), sets, &bright)
         };
-        let cells = run.install(|| (0..members.len()).into_par_iter().map(learn).collect());
+        let directions = run.install(|| (0..cells.len()).into_par_iter().map(learn).collect());
         run.check()?;
-        Ok(Self { grid, cells })
+        Ok(Self { cells, directions })
     }
 
     /// The directions for the surface point `p` with unit normal `n`; none where the lattice met no
     /// surface nearby.
     pub fn at(&self, p: Vec3, n: Vec3) -> Option<&Directions> {
-        self.grid.find(p, n).map(|c| &self.cells[c])
+        self.cells.find(p, n).map(|c| &self.directions[c])
     }
 
     /// How many cells there are.
     pub fn len(&self) -> usize {
-        self.cells.len()
+        self.directions.len()
     }
 
     /// True without cells.
     pub fn is_empty(&self) -> bool {
-        self.cells.is_empty()
+        self.directions.is_empty()
     }
 }

@@ -32,11 +32,19 @@ section! {
     /// Final gathering.
     pub struct GatherSettings in "gather" {
         /// Rays per shading point.
-        rays: u32 = 64, in from(1.0).to(1_048_576.0), unit "rays";
+        rays: Option<u32> = None, follows "denoise: 16 with a denoiser, else 64",
+            in from(1.0).to(1_048_576.0), unit "rays";
         /// Share of the rays that go where rays of the neighbourhood found light.
         guided: f32 = 0.5, in from(0.0).to(1.0);
         /// Size of the cells that learn where light comes from.
         guide_cell: Option<Length> = None, follows "decompose.near_cell", in above(0.0);
+    }
+}
+
+impl GatherSettings {
+    /// Rays per shading point, where no denoiser follows.
+    pub fn rays(&self) -> u32 {
+        self.rays.unwrap_or(64)
     }
 }
 
@@ -139,13 +147,13 @@ pub fn render(
         }
         false => None,
     };
-    let rays = Rays { count: settings.rays, guide: guide.as_ref().map(|g| (g, settings.guided)) };
+    let rays = Rays { count: settings.rays(), guide: guide.as_ref().map(|g| (g, settings.guided)) };
     let irradiance = gather(world, &stage.proxy, &stage.samples.points, rays, inputs.seed, run)?;
     Ok(Rendered {
         film: stage.samples.compose(&irradiance),
         statistics: MethodStatistics::Gather(GatherStatistics {
             stage: stage.statistics(),
-            rays_per_point: settings.rays,
+            rays_per_point: settings.rays(),
         }),
         locations: Locations::default(),
     })

@@ -159,7 +159,7 @@ pub fn render(
     let samples = camera_samples(
         world,
         record,
-        &DirectSettings { light_samples: 0, ..DirectSettings::default() },
+        &DirectSettings { light_samples: Some(0), ..DirectSettings::default() },
         seed,
         run,
     )?;

@@ -53,6 +53,18 @@ pub enum Method {
 }
 
 impl Method {
+    /// What makes the best picture in its time: rays of every pixel where a denoiser takes their
+    /// noise, which it cannot do for noise that neighbours share; else what has least noise.
+    pub fn of_pictures(denoised: bool) -> Self {
+        if denoised { Self::Gather } else { Self::Decomposition }
+    }
+
+    /// Whether single rays of pixels leave noise that a denoiser is there for; ground truths keep
+    /// theirs.
+    pub fn has_rays_of_pixels(self) -> bool {
+        matches!(self, Self::Decomposition | Self::Gather | Self::IrradianceCache | Self::Direct)
+    }
+
     /// All methods.
     pub const ALL: [Self; 9] = [
         Self::Decomposition,

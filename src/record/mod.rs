@@ -176,7 +176,7 @@ pub fn camera_samples_where(
     wanted: &(dyn Fn(u32, u32) -> bool + Sync),
 ) -> Result<CameraSamples> {
     let (width, height) = (world.camera.width, world.camera.height);
-    let lamps = match direct.learned && direct.light_samples > 0 {
+    let lamps = match direct.learned && direct.light_samples() > 0 {
         true => LampGuide::new(world, GUIDE_CELL * world.around.extent, seed, run)?,
         false => None,
     };
@@ -262,7 +262,7 @@ impl Eye<'_> {
             if surface.albedo == Rgb::ZERO {
                 continue;
             }
-            let count = direct_settings.light_samples;
+            let count = direct_settings.light_samples();
             let choice = lamps.and_then(|lamps| lamps.at(surface.p, surface.ns));
             let (e, rays) = direct_irradiance(
                 world,

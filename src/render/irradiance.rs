@@ -90,7 +90,7 @@ impl Renderer<'_> {
             let scouts = |i: usize| {
                 let sobol = Sobol::new(seed, Stream::Gather, i as u64);
                 let (p, frame) = (at.p[i], Frame::from_normal(at.ns[i]));
-                let rays = (0..SCOUTS.min(config.gather.rays)).map(move |r| {
+                let rays = (0..SCOUTS.min(config.gather.rays())).map(move |r| {
                     let wi = sample_cosine_hemisphere(sobol.sample_2d(r, 0));
                     Ray::new(p, frame.world_from_local(wi))
                 });
@@ -103,11 +103,11 @@ impl Renderer<'_> {
         });
         run.rays.add(RayKind::Sample, at.len() as u64 * u64::from(SCOUTS));
         let proxy = Proxy::new(world, inputs.proxy(), Need::Landings(&landings), run)?;
-        let indirect = gather(world, &proxy, &at, Rays::cosine(config.gather.rays), seed, run)?;
+        let indirect = gather(world, &proxy, &at, Rays::cosine(config.gather.rays()), seed, run)?;
         let phase = run.phase("direct", at.len() as u64);
         let lit = |i: usize| {
             let sobol = Sobol::new(seed, Stream::Direct, i as u64);
-            let count = config.direct.light_samples;
+            let count = config.direct.light_samples();
             let mut sample = |k: u32| (sobol.sample_1d(k, 0), sobol.sample_2d(k, 1));
             let (p, n) = (points.p[i], at.ns[i]);
             let (direct, rays) = direct_irradiance(world, [p, n, n], None, count, &mut sample);

@@ -7,7 +7,7 @@ use super::kept::Kept;
 use super::statistics::{OfPicture, Statistics};
 use super::view::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::config::RenderConfig;
-use crate::denoise::{Parts, denoise};
+use crate::denoise::{Denoise, Parts, denoise};
 use crate::error::{Error, Result};
 use crate::ffi::oidn::Denoiser;
 use crate::film::{Film, read_whole_exr};
@@ -52,7 +52,7 @@ impl<'a> Renderer<'a> {
         let (width, height) = (scene.camera.width, scene.camera.height);
         let bytes = memory::of_picture(u64::from(width) * u64::from(height));
         memory::claim(bytes, &format!("a picture of {width}×{height} pixels"), "make it smaller")?;
-        let denoiser = config.denoise.open(run)?;
+        let denoiser = config.denoise.unwrap_or_default().open(run)?;
         let world = World::new(scene, config.backend, run)?;
         if run.install(|| camera_inside_wall(&world)) {
             run.warn(CAMERA_INSIDE_WALL);
@@ -75,6 +75,10 @@ impl<'a> Renderer<'a> {
     /// Triangles, rays, lights and the view.
     pub fn world(&self) -> &World {
         &self.world
+    }
+    /// Whether finished pictures are denoised.
+    pub fn denoises(&self) -> bool {
+        self.denoiser.is_some()
     }
     /// The view may be turned between pictures.
     pub fn world_mut(&mut self) -> &mut World {
@@ -116,7 +120,9 @@ impl<'a> Renderer<'a> {
                 method.name()
             )));
         }
-        let config = self.config.clone().for_method(method, self.world.around.extent)?;
+        let mut config = self.config.clone();
+        config.denoise = Some(if self.denoises() { Denoise::Oidn } else { Denoise::None });
+        let config = config.for_method(method, self.world.around.extent)?;
         if !converging {
             return self.finished(method, &config, picture(self, &config, method, kept)?, None);
         }

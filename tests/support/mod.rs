@@ -140,7 +140,7 @@ impl Drop for Folder {
 /// Settings for small pictures: so many samples of a path, few of all else.
 pub fn quick(path_spp: u32) -> nearfar::RenderConfig {
     let mut config = nearfar::RenderConfig::default();
-    (config.path.spp, config.record.spp, config.gather.rays) = (path_spp, 2, 32);
+    (config.path.spp, config.record.spp, config.gather.rays) = (path_spp, 2, Some(32));
     config
 }
 

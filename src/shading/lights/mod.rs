@@ -81,9 +81,17 @@ section! {
     pub struct DirectSettings in "direct" {
         /// Points on lights, each with a shadow ray, per camera sample. A single light without
         /// extent takes one.
-        light_samples: u32 = 4, in from(1.0).to(4096.0), unit "shadow rays";
+        light_samples: Option<u32> = None, follows "denoise: 2 with a denoiser, else 4",
+            in from(1.0).to(4096.0), unit "shadow rays";
         /// Whether lamps are chosen by what of them is seen around a point.
         learned: bool = true;
+    }
+}
+
+impl DirectSettings {
+    /// Shadow rays of a camera sample, where no denoiser follows.
+    pub fn light_samples(&self) -> u32 {
+        self.light_samples.unwrap_or(4)
     }
 }
 
