@@ -1,5 +1,6 @@
 # nearfar: everything that is done often. Needs make, bash and cargo; ./setup brings the rest.
 #   make render   a fresh machine to a picture: scenes/cornell-box by the three-pass method, compared with its ground truth
+#   ./setup --oidn  Open Image Denoise into this folder: pictures are denoised then
 #   make test     the whole test suite, on Embree and without it (installs Chromium for the pages' tests)
 #   make install  the program in PREFIX/bin (/usr/local), and beside it the Embree of a private prefix, so that the checkout can go
 #   make bench    ray backends and methods, measured
@@ -40,6 +41,7 @@ install: setup
 	@install -D $(PROGRAM) $(DESTDIR)$(PREFIX)/bin/nearfar
 	@ldd $(PROGRAM) | awk '$$1 ~ /^lib(embree4|tbb)/ && $$3 !~ /^\/(usr\/)?lib/ { print $$3 }' | while read -r library; do \
 	  install -D -m 644 "$$library" "$(DESTDIR)$(PREFIX)/lib/nearfar/$${library##*/}"; done
+	@if [ -d .oidn/lib ]; then install -D -m 755 -t "$(DESTDIR)$(PREFIX)/lib/nearfar" .oidn/lib/*; fi
 	@echo "installed: $(DESTDIR)$(PREFIX)/bin/nearfar"
 
 test: test-embree test-bvh

@@ -52,6 +52,9 @@
 //!   Jensen, Jarosz, "Practical Hessian-based error control for irradiance caching".
 //! * `[Jensen96]` Jensen, "Global illumination using photon maps". `[Veach97]` Veach, PhD thesis
 //!   (MIS, §9.2).
+//! * `[Rath20]` Rath, Grittmann, Herholz, Vévoda, Slusallek, Křivánek, "Variance-aware path
+//!   guiding". `[Vevoda18]` Vévoda, Kondapaneni, Křivánek, "Bayesian online regression for adaptive
+//!   direct illumination sampling".
 //! * `[VanOosterom83]` van Oosterom, Strackee, "The solid angle of a plane triangle".
 //! * `[CC78]` Catmull, Clark, "Recursively generated B-spline surfaces on arbitrary topological
 //!   meshes". `[DKT98]` DeRose, Kass, Truong, "Subdivision surfaces in character animation".

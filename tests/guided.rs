@@ -1,7 +1,8 @@
-//! Guides change noise and nothing else: rays that go where light was found, lamps that are chosen by
-//! what of them is seen.
+//! Guides change noise and nothing else: rays that go where light was found, lamps that are chosen
+//! by what of them is seen.
 
 use nearfar::RenderConfig;
+use nearfar::accel::Backend;
 use nearfar::film::Film;
 use nearfar::guide::{Guide, LampGuide};
 use nearfar::load::load;
@@ -15,7 +16,6 @@ use nearfar::scene::Scene;
 use nearfar::shading::World;
 
 use crate::support::world;
-use nearfar::accel::Backend;
 
 /// A shipped scene as a small picture.
 fn scene(name: &str, width: u32) -> Scene {

@@ -94,7 +94,8 @@ fn samples(output: &OutputOptions, target_error: Option<f64>) -> Option<Value> {
 }
 
 impl RenderArgs {
-    /// The method that is asked for, or that other options ask for; none where the denoiser decides.
+    /// The method that is asked for, or that other options ask for; none where the denoiser
+    /// decides.
     fn method(&self) -> Option<Method> {
         let kept = [&self.load_cache, &self.save_cache, &self.locations, &self.locations_png];
         let of_decomposition =

@@ -6,10 +6,11 @@
 //! ```
 //!
 //! One sample of a group has the second moment I² V, so the square root is what lowers variance
-//! (Vévoda, Kondapaneni, Křivánek 2018, "Bayesian online regression for adaptive direct illumination
-//! sampling", with counts in place of a regression). Cells around share their counts. Groups of which no ray
-//! was shot are taken to be half seen, and every group keeps a share by its power: light that was
-//! not found costs noise, and is not lost.
+//! (after `[Vevoda18]`, with counts in place of a regression). Cells around share their counts.
+//! Groups of which no ray was shot are taken to be half seen, and every group keeps a share of its
+//! own: light that was not found costs noise, and is not lost.
+//!
+//! It costs a hundred shadow rays a cell, and 4 kB where lamps are many.
 
 use glam::Vec3;
 use rayon::prelude::*;

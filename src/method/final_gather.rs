@@ -6,10 +6,10 @@
 //! ```
 //!
 //! Of the rays of a point the share `gather.guided` is sent where rays of the neighbourhood have
-//! found light ([`crate::guide`]); all are weighed by the balance heuristic `[Veach97]` §9.2. Directions
-//! below the geometric horizon bring nothing. Unbiased for the light of the proxy; noise falls with
-//! `gather.rays`, and is independent from point to point, as denoisers expect it. Cost `rays` rays
-//! per shading point, and the guide's.
+//! found light ([`crate::guide`]); all are weighed by the balance heuristic `[Veach97]` §9.2.
+//! Directions below the geometric horizon bring nothing. Unbiased for the light of the proxy; noise
+//! falls with `gather.rays`, and is independent from point to point, as denoisers expect it. Cost
+//! `rays` rays per shading point, and the guide's.
 
 use rayon::prelude::*;
 

@@ -307,8 +307,8 @@ impl Eye<'_> {
         row.position.push(if hits > 0.0 { position / hits } else { Vec3::ZERO });
         row.depth.push(if hits > 0.0 { depth / hits } else { f32::INFINITY });
         for g in groups {
-            // On a curved surface the mean would lie inside the body, and rays from there would meet
-            // its inner side.
+            // On a curved surface the mean would lie inside the body, and rays from there would
+            // meet its inner side.
             let flat =
                 g.bend <= offset_origin(g.first.p, g.first.ng, world.diagonal).distance(g.first.p);
             let p = if flat { g.p / g.count } else { g.first.p };
