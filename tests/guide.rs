@@ -192,13 +192,14 @@ fn follow(page: &str) -> usize {
         if block.info.first().is_none_or(|language| language != "sh") {
             continue;
         }
+        let oidn = std::env::var_os("NEARFAR_OIDN").filter(|value| value != "none");
         let needs_oidn = block.info.iter().any(|w| w == "needs-oidn");
         for line in block.commands() {
             let words = words(&line);
             match words.first().map(String::as_str) {
                 Some("mkdir") => std::fs::create_dir_all(folder.join(&words[1])).unwrap(),
-                Some("nearfar") if needs_oidn && std::env::var_os("NEARFAR_OIDN").is_none() => {
-                    eprintln!("SKIPPED: {page}: {line}: NEARFAR_OIDN is not set");
+                Some("nearfar") if needs_oidn && oidn.is_none() => {
+                    eprintln!("SKIPPED: {page}: {line}: NEARFAR_OIDN names no library");
                 }
                 Some("nearfar") => {
                     run(&small(&words[1..], &folder), &folder, &format!("{page}: {line}"));

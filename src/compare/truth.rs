@@ -30,7 +30,7 @@ use super::cross_filter::cross_filter;
 use super::errors::{Halves, kept};
 use super::reference::{Reference, read_reference};
 use crate::error::Result;
-use crate::ffi::oidn::{Denoiser, Input, VARIABLE};
+use crate::ffi::oidn::{Denoiser, Input};
 use crate::radiometry::Rgb;
 
 /// What took the noise out of a reference.
@@ -136,13 +136,10 @@ impl Truth {
     /// As [`read_reference`] and [`Denoiser::denoise`].
     pub fn read(path: &Path) -> Result<Self> {
         let mut reference = read_reference(path)?;
-        let denoiser = match Denoiser::open(rayon::current_num_threads()) {
-            Ok(denoiser) => Some(denoiser),
-            // A denoiser that the user names is expected to be there.
+        let denoiser = match Denoiser::found(rayon::current_num_threads()) {
+            Ok(denoiser) => denoiser,
             Err(error) => {
-                if std::env::var_os(VARIABLE).is_some() {
-                    reference.notes.push(format!("the reference is cleaned without it: {error}"));
-                }
+                reference.notes.push(format!("the reference is cleaned without it: {error}"));
                 None
             }
         };

@@ -71,7 +71,7 @@ fn wrong_values_are_named_with_what_is_allowed() {
         ("[path]\nspp = 0", "setting \"path.spp\": 0 is not allowed"),
         (
             "denoise = \"odin\"",
-            "setting \"denoise\": \"odin\" is not allowed: write one of none, oidn",
+            "setting \"denoise\": \"odin\" is not allowed: write one of auto, none, oidn",
         ),
         (
             "[proxy]\nestimate = \"gathr\"",

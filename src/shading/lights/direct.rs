@@ -26,9 +26,9 @@ pub fn light_visible(world: &World, sample: &LightSample) -> bool {
 ///
 /// `sample(i)` gives (pick, uv) of ray i, uniform; the pick is stratified here: ray i takes the
 /// i-th of `count` equal parts. `p` is moved off the surface along `ng` here. A single light
-/// without extent takes one ray whatever `count`. W·m⁻²; 0 for `count` = 0. With `choice` the groups
-/// of [`super::LightTable::choices`] are drawn from it; every group that reaches the point must have
-/// a weight.
+/// without extent takes one ray whatever `count`. W·m⁻²; 0 for `count` = 0. With `choice` the
+/// groups of [`super::LightTable::choices`] are drawn from it; every group that reaches the point
+/// must have a weight.
 pub fn direct_irradiance(
     world: &World,
     [p, ng, n]: [Vec3; 3],
