@@ -10,8 +10,8 @@
 //! way; each shoots cosine rays from some of its points through the proxy, and takes those of the
 //! cells around it as well, seen from its own centre. Larger cells, made of the rays of small ones,
 //! serve points that no small cell holds. The brightest places that any cell met are made known to
-//! all: they may be hidden from most of a cell and not from the point. Whoever gathers light draws a
-//! part of its rays by [`Directions::sample`] and weighs all of them by the balance heuristic, so
+//! all: they may be hidden from most of a cell and not from the point. Whoever gathers light draws
+//! a part of its rays by [`Directions::sample`] and weighs all of them by the balance heuristic, so
 //! that what a guide does not know costs noise and no light.
 //!
 //! Input   what a lattice of pixels sees, and the proxy. Output  [`Guide`]; [`Guide::at`] finds the
