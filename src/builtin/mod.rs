@@ -84,7 +84,8 @@ pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, Strin
         _ => {
             return Err(format!(
                 "there is no builtin \"{name}\"; there are: atrium, cathedral, corridor, \
-                 foliage, fur, garden-room, hairball, interior, lamp-hall, rotunda, slats, study, subdivision"
+                 foliage, fur, garden-room, hairball, interior, lamp-hall, rotunda, slats, study, \
+                 subdivision"
             ));
         }
     };
