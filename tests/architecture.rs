@@ -9,6 +9,8 @@ use crate::support::source::{Function, functions, imports, module, sources, with
 const RANKS: &[(&str, u32)] = &[
     ("error", 0),
     ("run", 0),
+    ("forecast", 0),
+    ("journal", 0),
     ("process", 0),
     ("memory", 0),
     ("input_file", 0),

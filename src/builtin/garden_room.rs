@@ -162,7 +162,7 @@ fn furniture(s: &mut Solids, round: u32) {
     let mut x = 1.45;
     while x < 4.0 {
         let (thick, high) = (0.02 + 0.04 * rng.next_f32(), 0.18 + 0.08 * rng.next_f32());
-        let tint = [CLAY, BLUE, LINEN, WOOD][rng.below(4) as usize];
+        let tint = [CLAY, BLUE, LINEN, WOOD][rng.below(4)];
         s.cuboid(Vec3::new(x, 1.528, 0.02), Vec3::new(x + thick, 1.53 + high, 0.19), tint);
         x += thick + 0.003;
     }

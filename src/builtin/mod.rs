@@ -83,8 +83,9 @@ pub fn generate(name: &str, parameters: &toml::Table) -> Result<Generated, Strin
         "subdivision" => subdivision(&read(parameters)?)?,
         _ => {
             return Err(format!(
-                "there is no builtin \"{name}\"; there are: atrium, cathedral, corridor, foliage, fur, \
-                 garden-room, hairball, interior, lamp-hall, rotunda, slats, study, subdivision"
+                "there is no builtin \"{name}\"; there are: atrium, cathedral, corridor, foliage, \
+                 fur, garden-room, hairball, interior, lamp-hall, rotunda, \
+                 slats, study, subdivision"
             ));
         }
     };

@@ -6,10 +6,10 @@
 //! ```
 //!
 //! One sample of a group has the second moment I² V, so the square root is what lowers variance
-//! (Vévoda, Kondapaneni, Křivánek 2018, "Bayesian online regression for adaptive direct illumination
-//! sampling", with counts in place of a regression). Cells around share their counts. Groups of which no ray
-//! was shot are taken to be half seen, and every group keeps a share by its power: light that was
-//! not found costs noise, and is not lost.
+//! (Vévoda, Kondapaneni, Křivánek 2018, "Bayesian online regression for adaptive direct
+//! illumination sampling", with counts in place of a regression). Cells around share their counts.
+//! Groups of which no ray was shot are taken to be half seen, and every group keeps a share by its
+//! power: light that was not found costs noise, and is not lost.
 
 use glam::Vec3;
 use rayon::prelude::*;
