@@ -220,6 +220,9 @@ fn bounces(
             .sum()
     };
     let mut change = 0.0;
+    if cloud.is_empty() {
+        return Ok(());
+    }
     for bounce in 0..settings.bounces {
         cloud.set(Cloud::RADIOSITY, leaving[0].clone());
         cloud.set(Cloud::RADIOSITY_BACK, leaving[1].clone());

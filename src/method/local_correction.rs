@@ -179,7 +179,7 @@ pub fn render(
             })
             .collect()
     });
-    let ambient: Vec<Rgb> = if settings.correction {
+    let ambient: Vec<Rgb> = if settings.correction && points.len() > 0 {
         let tree = {
             let _phase = run.phase("tree", 1);
             run.install(|| near_surfaces(world, settings, &field, seed))?
