@@ -6,10 +6,11 @@
 #   make peers    the methods beside Mitsuba 3 with and without a denoiser; SCENE=scene.toml REFERENCE=truth.exr PEERS="--size 640x360"
 #   make reference, make readme   the Cornell box's ground truth, and the README's pictures and numbers, made again
 #   make gallery  every scene by three methods with its ground truth, and gallery/index.html; ARGS=--quick in minutes; goes on where it stopped
+#   make fuzz     every reader of user files on made-up bytes, one after another; TIME=600 seconds each, READERS="film obj" some of them
 #   make lint     formatting, clippy and documentation, without warnings; licences and sources of all crates
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
-.PHONY: render install test test-embree test-bvh bench peers lint setup setup-test reference readme gallery
+.PHONY: render install test test-embree test-bvh bench peers lint setup setup-test reference readme gallery fuzz
 .DEFAULT_GOAL := render
 
 CARGO ?= cargo
@@ -46,6 +47,17 @@ test: test-embree test-bvh
 
 test-embree: setup-test
 	$(CARGO) test --release
+
+# Needs the nightly toolchain, for this alone. New inputs go to fuzz/found, what went wrong to fuzz/artifacts; the corpus is for made files.
+TIME ?= 120
+READERS ?= $(shell sed -n 's/^name = "\([a-z_]*\)"$$/\1/p' fuzz/Cargo.toml)
+fuzz:
+	@$(CARGO) fuzz --version >/dev/null 2>&1 || $(CARGO) install cargo-fuzz --locked
+	@wrong=; for reader in $(READERS); do \
+	  mkdir -p fuzz/found/$$reader; echo "== $$reader"; \
+	  (cd fuzz && $(CARGO) +nightly fuzz run $$reader found/$$reader corpus/$$reader -- \
+	    -max_total_time=$(TIME) -timeout=10 -rss_limit_mb=2048 -max_len=8192 -print_final_stats=1) || wrong="$$wrong $$reader"; \
+	done; rm -rf "$${TMPDIR:-/tmp}"/nearfar-readers-*; if [ -n "$$wrong" ]; then echo "went wrong:$$wrong"; exit 1; fi
 
 # The same suite without Embree. A folder of its own, so that the two builds do not undo each other.
 test-bvh: setup-test

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nearfar::load::{Loaded, load};
-use proptest::prelude::*;
 
 /// A folder of its own for a test, removed at the end.
 struct Folder(PathBuf);
@@ -402,43 +401,4 @@ fn transforms_and_overrides_reach_the_mesh() {
     let [a, b, c] = mesh.triangles[0].map(|i| mesh.positions[i as usize]);
     assert!((b - a).cross(c - a).z > 0.0, "a mirror keeps fronts");
     assert!(scene.materials[0].emits());
-}
-
-fn mutated(text: &str, edits: &[(usize, u8, u8)]) -> Vec<u8> {
-    const BYTES: &[u8] = b"0123456789-+./ \n\tefvnaxi#\"[]{}=$\\\0\xff";
-    let mut bytes = text.as_bytes().to_vec();
-    for &(at, byte, kind) in edits {
-        let at = at % (bytes.len() + 1);
-        let byte = BYTES[byte as usize % BYTES.len()];
-        match kind % 3 {
-            0 => bytes.insert(at, byte),
-            1 if at < bytes.len() => bytes[at] = byte,
-            _ if at < bytes.len() => _ = bytes.remove(at),
-            _ => {}
-        }
-    }
-    bytes
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
-    #[test]
-    fn mutations_never_panic(
-        edits in prop::collection::vec((any::<usize>(), any::<u8>(), any::<u8>()), 1..8),
-        which in 0..3,
-    ) {
-        let folder = Folder::new();
-        let toml = format!("{MESH}{SKY}[camera]\neye = [0, 0, 5]\ntarget = [0, 0, \
-                            0]\n[material.a]\nalbedo = [0.1, 0.2, 0.3]\n");
-        let text = |index: i32, good: &str| match which == index {
-            true => mutated(good, &edits),
-            false => good.as_bytes().to_vec(),
-        };
-        folder.write("a.obj", text(0, GOOD_OBJ));
-        folder.write("a.mtl", text(1, GOOD_MTL));
-        folder.write("s.toml", text(2, &toml));
-        if let Err(e) = folder.load("s.toml") {
-            prop_assert!(!e.to_string().is_empty() && e.exit_code() == 2, "{e}");
-        }
-    }
 }

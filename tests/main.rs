@@ -1,6 +1,7 @@
 //! All integration tests in one binary; one module a rung of the ladder.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests stop at the first surprise")]
 
+mod absurd;
 mod architecture;
 mod bench;
 mod broken;

@@ -1,6 +1,8 @@
 //! Small scenes made in code.
 
+pub mod absurd;
 pub mod browser;
+pub mod readers;
 pub mod source;
 
 use glam::Vec3;
