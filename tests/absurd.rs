@@ -69,8 +69,12 @@ fn laid_out(folder: &Folder, case: &Case) {
 }
 
 /// What is wrong with what the program makes of a case; the picture, if there is one.
-fn judged(case: &Case, number: usize, plain: Option<&Film>) -> Result<Option<Film>, String> {
-    let folder = Folder::new(&format!("absurd-{number}"));
+fn judged(
+    case: &Case,
+    (step, number): (usize, usize),
+    plain: Option<&Film>,
+) -> Result<Option<Film>, String> {
+    let folder = Folder::new(&format!("absurd-{step}-{number}"));
     laid_out(&folder, case);
     let out = folder.at("out.exr");
     let mut arguments: Vec<String> =
@@ -119,13 +123,13 @@ fn judged(case: &Case, number: usize, plain: Option<&Film>) -> Result<Option<Fil
 
 /// Every so many cases, from the first.
 fn every(step: usize) {
-    let truth = judged(&plain(), usize::MAX, None).unwrap().unwrap();
+    let truth = judged(&plain(), (step, 0), None).unwrap().unwrap();
     let light = truth.channels["R"].iter().copied().fold(0.0, f32::max);
     assert!(light > 0.1, "the plain scene is dark");
     let all = cases();
     assert!(all.len() >= 300, "{} cases", all.len());
     let wrong: Vec<String> = (all.iter().enumerate().step_by(step))
-        .filter_map(|(i, case)| judged(case, i, Some(&truth)).err())
+        .filter_map(|(i, case)| judged(case, (step, i + 1), Some(&truth)).err())
         .collect();
     assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
 }
