@@ -8,9 +8,12 @@
 #   make reference, make readme   the Cornell box's ground truth, and the README's pictures and numbers, made again
 #   make gallery  every scene by three methods with its ground truth, and gallery/index.html; ARGS=--quick in minutes; goes on where it stopped
 #   make lint     formatting, clippy and documentation, without warnings; licences and sources of all crates
+#   make fuzz     every reader fuzzed for TIME seconds (60; TARGETS="obj mtl" for some), on a nightly compiler
+#   make sanitize tests and small renders under the address sanitizer and under valgrind, with Embree and without it
+#   make hostile  every hostile input given to the program, its time and memory measured
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
-.PHONY: render install test test-embree test-bvh bench peers lint setup setup-test reference readme gallery
+.PHONY: render install test test-embree test-bvh bench peers lint setup setup-test reference readme gallery fuzz fuzz-build sanitize hostile
 .DEFAULT_GOAL := render
 
 CARGO ?= cargo
@@ -52,6 +55,38 @@ test-embree: setup-test
 # The same suite without Embree. A folder of its own, so that the two builds do not undo each other.
 test-bvh: setup-test
 	$(CARGO) test --release --no-default-features --features cli --target-dir target/bvh
+
+# The readers' fuzz targets. What is found is in fuzz/artifacts; reduced, it becomes a seed called found-….
+TIME ?= 60
+TARGETS ?= $(basename $(notdir $(wildcard fuzz/fuzz_targets/*.rs)))
+HOST := x86_64-unknown-linux-gnu
+FUZZER := fuzz/target/$(HOST)/release
+fuzz-build:
+	@$(CARGO) fuzz --version >/dev/null 2>&1 || $(CARGO) install cargo-fuzz --locked
+	$(CARGO) +nightly fuzz build --target $(HOST)
+
+fuzz: fuzz-build
+	@for target in $(TARGETS); do mkdir -p fuzz/corpus/$$target fuzz/artifacts/$$target; log=fuzz/artifacts/$$target.log; \
+	  ASAN_OPTIONS=detect_leaks=0 $(FUZZER)/$$target fuzz/corpus/$$target fuzz/seeds/$$target -max_total_time=$(TIME) -timeout=10 \
+	    -rss_limit_mb=3000 -max_len=16384 -artifact_prefix=fuzz/artifacts/$$target/ >$$log 2>&1 || { tail -40 $$log; exit 1; }; \
+	  echo "$$target: $$(grep ^Done $$log)"; \
+	done
+
+# Embree and its threads have no leaks of ours to tell: what a process holds at its end is not looked for.
+sanitize: setup fuzz-build
+	@for target in $(TARGETS); do ASAN_OPTIONS=detect_leaks=0 $(FUZZER)/$$target -runs=0 fuzz/seeds/$$target >/dev/null 2>&1 \
+	  || { echo "$$target: its seeds are not clean"; exit 1; }; done; echo "seeds of all readers without Embree: clean"
+	ASAN_OPTIONS=detect_leaks=0 NEARFAR_OIDN=none RUSTFLAGS=-Zsanitizer=address $(CARGO) +nightly test --release \
+	  --target $(HOST) --target-dir target/asan --test nearfar -- readers:: broken:: faults:: conformance:: every_layer two_scenes
+	@$(CARGO) build --release
+	@for backend in embree bvh; do for method in decomposition path gather irradiance-cache point-based; do \
+	  NEARFAR_OIDN=none LD_LIBRARY_PATH=.embree/lib valgrind -q --fair-sched=yes --error-exitcode=9 \
+	    target/release/nearfar render $(SCENE) -q --size 8x6 --threads 2 --backend $$backend --method $$method --spp 2 \
+	    --set proxy.photons=200 --set decompose.rays=8 --set gather.rays=4 --set cache.rays=16 --set point_based.elements=500 \
+	    -o target/valgrind.exr && echo "$$method on $$backend under valgrind: clean" || exit 1; done; done
+
+hostile: setup
+	$(CARGO) test --release every_hostile_input -- --ignored --nocapture
 
 reference: setup
 	@$(CARGO) build --release

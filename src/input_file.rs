@@ -53,6 +53,15 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })
 }
 
+/// Reads a whole file of text.
+///
+/// # Errors
+/// As [`read`]; [`Error::Input`] when it is not UTF-8.
+pub fn read_text(path: &Path) -> Result<String> {
+    String::from_utf8(read(path)?)
+        .map_err(|_| Error::input(path, None, "is not UTF-8 text; save it as UTF-8"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

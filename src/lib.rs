@@ -11,6 +11,7 @@
 //! | Room (rank) | In → out |
 //! |---|---|
 //! | [`error`], [`run`], [`process`] (0) | errors with their fix; progress, cancel; CPU time |
+//! | [`forecast`], [`journal`] (0) | how long a job still takes; what is made so far, by blocks |
 //! | [`memory`], [`input_file`] (0) | whether what is to be made fits; files that may be read |
 //! | [`settings`], [`length`] (1) | how a room declares what it can be told; a length in settings |
 //! | [`math`], [`sampling`], [`sh`], [`radiometry`] (1) | maths without rendering knowledge |
@@ -84,9 +85,11 @@ pub mod error;
 pub mod export;
 pub mod ffi;
 pub mod film;
+pub mod forecast;
 pub mod guide;
 pub mod info;
 pub mod input_file;
+pub mod journal;
 pub mod length;
 pub mod load;
 pub mod math;

@@ -5,11 +5,16 @@
 //! the [`Reporter`]. Guarantee: nothing here influences a pixel, except that a cancelled or
 //! timed-out progressive render stops early.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
+use rayon::prelude::*;
+
 use crate::error::{Error, Result};
+use crate::forecast::Part;
+use crate::journal::{Journal, Stored};
 
 /// Shows progress; called from many threads.
 pub trait Reporter: Send + Sync + std::fmt::Debug {
@@ -21,6 +26,12 @@ pub trait Reporter: Send + Sync + std::fmt::Debug {
     fn end(&self);
     /// Something is odd about the input; told once, as soon as it is known.
     fn warn(&self, text: &str);
+    /// These phases are to come, those that are limited until the deadline.
+    fn plan(&self, _parts: &[Part], _deadline: Option<Instant>) {}
+    /// A phase that was planned in steps will have so many more.
+    fn expect(&self, _phase: &str, _more: u64) {}
+    /// So many steps of the running phase need not be done.
+    fn skip(&self, _steps: u64) {}
 }
 
 #[derive(Debug)]
@@ -112,6 +123,7 @@ pub struct Run {
     reporter: Box<dyn Reporter>,
     warnings: Mutex<Vec<String>>,
     seconds: Mutex<Vec<(String, f64)>>,
+    journal: Mutex<Option<Arc<Journal>>>,
     /// Rays shot so far.
     pub rays: RayCounts,
     /// When the run began.
@@ -142,6 +154,7 @@ impl Run {
             reporter: Box::new(Silent),
             warnings: Mutex::default(),
             seconds: Mutex::default(),
+            journal: Mutex::default(),
             rays: RayCounts::default(),
             started: Instant::now(),
             deadline: None,
@@ -187,16 +200,123 @@ impl Run {
         if self.cancelled() { Err(Error::Interrupted) } else { Ok(()) }
     }
 
+    /// Keeps what [`Self::blocks`] makes from now on, or no more; gives what was kept with until
+    /// now.
+    pub fn keep(&self, journal: Option<Arc<Journal>>) -> Option<Arc<Journal>> {
+        let mut own = self.journal.lock().unwrap_or_else(PoisonError::into_inner);
+        std::mem::replace(&mut own, journal)
+    }
+
+    /// Whether what is made is kept.
+    pub fn keeps(&self) -> bool {
+        self.journal.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+    }
+
+    /// The values of `0..count`, made in parallel by blocks of `size`; blocks that the journal has
+    /// are not made. `make` gives the values of a range that depend on nothing but their number; it
+    /// has a `scratch` of its own.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    pub fn blocks<T: Stored + Send, S: Clone + Send + Sync>(
+        &self,
+        name: &str,
+        (count, size): (usize, usize),
+        scratch: S,
+        make: impl Fn(&mut S, Range<usize>) -> Vec<T> + Sync,
+    ) -> Result<Vec<T>> {
+        self.blocks_told(name, (count, size), scratch, make, &|_, _| {})
+    }
+
+    /// As [`Self::blocks`]; `done` is told of every block, and whether it was made before.
+    fn blocks_told<T: Stored + Send, S: Clone + Send + Sync>(
+        &self,
+        name: &str,
+        (count, size): (usize, usize),
+        scratch: S,
+        make: impl Fn(&mut S, Range<usize>) -> Vec<T> + Sync,
+        done: &(dyn Fn(u64, bool) + Sync),
+    ) -> Result<Vec<T>> {
+        let journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let before = journal.as_ref().map_or(0, |journal| journal.begin(name));
+        let range = |block: usize| block * size..((block + 1) * size).min(count);
+        let blocks = 0..count.div_ceil(size);
+        let mut found: Vec<Option<Vec<T>>> = match &journal {
+            Some(journal) => blocks.map(|b| journal.find(name, before, b as u32)).collect(),
+            None => blocks.map(|_| None).collect(),
+        };
+        let fits = |(block, values): (usize, &mut Option<Vec<T>>)| {
+            if values.as_ref().is_some_and(|v| v.len() != range(block).len()) {
+                *values = None;
+            }
+            if values.is_some() {
+                done(range(block).len() as u64, true);
+            }
+        };
+        found.iter_mut().enumerate().for_each(fits);
+        let fill = |scratch: &mut S, (block, values): (usize, &mut Option<Vec<T>>)| {
+            if values.is_some() || self.cancelled() {
+                return;
+            }
+            let made = make(scratch, range(block));
+            done(range(block).len() as u64, false);
+            // What was made while the run was cancelled may be cut short.
+            if let Some(journal) = journal.as_ref().filter(|_| !self.cancelled())
+                && let Err(message) = journal.keep((name, before, block as u32), &made)
+            {
+                self.warn(format!("what is done so far is not kept: {message}"));
+            }
+            *values = Some(made);
+        };
+        self.install(|| found.par_iter_mut().enumerate().for_each_with(scratch, fill));
+        self.check()?;
+        Ok(found.into_iter().flatten().flatten().collect())
+    }
+
+    /// Values that are made all together, and kept when they are there.
+    ///
+    /// # Errors
+    /// Those of `make`.
+    pub fn once<T: Stored>(
+        &self,
+        name: &str,
+        make: impl FnOnce() -> Result<Vec<T>>,
+    ) -> Result<(Vec<T>, bool)> {
+        let journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let Some(journal) = journal else { return Ok((make()?, false)) };
+        let before = journal.begin(name);
+        if let Some(found) = journal.find(name, before, 0) {
+            return Ok((found, true));
+        }
+        let made = make()?;
+        if !self.cancelled()
+            && let Err(message) = journal.keep((name, before, 0), &made)
+        {
+            self.warn(format!("what is done so far is not kept: {message}"));
+        }
+        Ok((made, false))
+    }
+
     /// Begins a timed phase of `total` steps; it ends when the value is dropped.
     pub fn phase(&self, name: &'static str, total: u64) -> Phase<'_> {
         self.reporter.begin(name, total);
         Phase { run: self, name, start: Instant::now() }
     }
 
+    /// Tells what phases are to come, in place of what was planned before and has not begun.
+    pub fn plan(&self, parts: &[Part]) {
+        self.reporter.plan(parts, self.deadline);
+    }
+
+    /// Tells how many more steps a phase will have that was planned in steps.
+    pub fn expect(&self, phase: &str, more: u64) {
+        self.reporter.expect(phase, more);
+    }
+
     /// Records and reports a warning (equal texts once).
     pub fn warn(&self, text: impl Into<String>) {
         let text = text.into();
-        let mut list = self.warnings.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut list = self.warnings.lock().unwrap_or_else(PoisonError::into_inner);
         if !list.contains(&text) {
             self.reporter.warn(&text);
             list.push(text);
@@ -205,12 +325,12 @@ impl Run {
 
     /// Warnings so far, in order.
     pub fn warnings(&self) -> Vec<String> {
-        self.warnings.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
+        self.warnings.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Wall-clock seconds of every ended phase, summed by name, in order of first appearance.
     pub fn seconds(&self) -> Vec<(String, f64)> {
-        self.seconds.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
+        self.seconds.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
@@ -227,16 +347,87 @@ impl Phase<'_> {
     pub fn advance(&self, steps: u64) {
         self.run.reporter.advance(steps);
     }
+
+    /// As [`Run::blocks`], under the phase's name; every value is a step.
+    ///
+    /// # Errors
+    /// As [`Run::blocks`].
+    pub fn blocks<T: Stored + Send, S: Clone + Send + Sync>(
+        &self,
+        sizes: (usize, usize),
+        scratch: S,
+        make: impl Fn(&mut S, Range<usize>) -> Vec<T> + Sync,
+    ) -> Result<Vec<T>> {
+        let done = |steps: u64, before: bool| match before {
+            true => self.run.reporter.skip(steps),
+            false => self.advance(steps),
+        };
+        self.run.blocks_told(self.name, sizes, scratch, make, &done)
+    }
 }
 
 impl Drop for Phase<'_> {
     fn drop(&mut self) {
         self.run.reporter.end();
         let elapsed = self.start.elapsed().as_secs_f64();
-        let mut list = self.run.seconds.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut list = self.run.seconds.lock().unwrap_or_else(PoisonError::into_inner);
         match list.iter_mut().find(|(n, _)| n == self.name) {
             Some((_, s)) => *s += elapsed,
             None => list.push((self.name.to_owned(), elapsed)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::journal::Blocks;
+
+    #[test]
+    fn blocks_that_are_kept_are_not_made_again() {
+        let run = Run::new(2).unwrap();
+        let made = AtomicU64::new(0);
+        let squares = |run: &Run| {
+            let square = |_: &mut (), range: Range<usize>| {
+                made.fetch_add(range.len() as u64, Ordering::Relaxed);
+                range.map(|i| (i * i) as u32).collect()
+            };
+            run.blocks("squares", (10, 4), (), square).unwrap()
+        };
+        let expected: Vec<u32> = (0..10).map(|i| i * i).collect();
+        assert_eq!((squares(&run), made.swap(0, Ordering::Relaxed)), (expected.clone(), 10));
+        let kept = Arc::new(Mutex::new(Vec::new()));
+        let file = Arc::clone(&kept);
+        let write = move |blocks: &Blocks| {
+            file.lock().unwrap().push(blocks.bytes());
+            Ok(())
+        };
+        run.keep(Some(Arc::new(Journal::new(Blocks::default(), Duration::ZERO, Box::new(write)))));
+        assert_eq!((squares(&run), made.swap(0, Ordering::Relaxed)), (expected.clone(), 10));
+        // Killed after any of its writes, a run goes on to the same values.
+        for bytes in kept.lock().unwrap().iter() {
+            let blocks = Blocks::from_bytes(bytes).unwrap();
+            let journal = Journal::new(blocks, Duration::MAX, Box::new(|_| Ok(())));
+            run.keep(Some(Arc::new(journal)));
+            assert_eq!(squares(&run), expected);
+            assert!(made.swap(0, Ordering::Relaxed) <= 6, "nothing of it was used");
+            assert_eq!(run.once("other", || Ok(vec![7u32])).unwrap(), (vec![7], false));
+        }
+    }
+
+    #[test]
+    fn blocks_that_were_cut_short_are_not_kept() {
+        let run = Run::new(1).unwrap();
+        let write = Box::new(|_: &Blocks| Ok(()));
+        let journal = Arc::new(Journal::new(Blocks::default(), Duration::MAX, write));
+        run.keep(Some(Arc::clone(&journal)));
+        let cut = |_: &mut (), range: Range<usize>| {
+            run.cancel_flag().store(true, Ordering::Relaxed);
+            range.map(|_| 0u32).collect::<Vec<_>>()
+        };
+        assert!(matches!(run.blocks("cut", (8, 2), (), cut), Err(Error::Interrupted)));
+        assert!(journal.is_empty());
     }
 }

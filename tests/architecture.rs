@@ -9,6 +9,8 @@ use crate::support::source::{Function, functions, imports, module, sources, with
 const RANKS: &[(&str, u32)] = &[
     ("error", 0),
     ("run", 0),
+    ("forecast", 0),
+    ("journal", 0),
     ("process", 0),
     ("memory", 0),
     ("input_file", 0),
@@ -52,6 +54,8 @@ const SHARED_BY_METHODS: &[&str] = &["key", "locations", "stage", "statistics"];
 
 const LONGEST_FILE: usize = 600;
 const LONGEST_LINE: usize = 100;
+/// Bytes of the largest file that git keeps.
+const LARGEST_FILE: u64 = 1_000_000;
 /// Most arguments of a function, and how many functions may have more, each with its reason in an
 /// `#[expect(clippy::too_many_arguments)]`.
 const MOST_ARGUMENTS: usize = 7;
@@ -240,6 +244,18 @@ fn lines_are_short() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// What the repository keeps, every clone carries for ever. Skipped where it is no checkout.
+#[test]
+fn files_are_small() {
+    let listed = std::process::Command::new("git").args(["ls-files", "-z"]).output();
+    let Ok(listed) = listed.map(|o| String::from_utf8_lossy(&o.stdout).into_owned()) else {
+        return;
+    };
+    let size = |name: &str| Path::new(name).metadata().map_or(0, |data| data.len());
+    let large: Vec<&str> = listed.split('\0').filter(|name| size(name) > LARGEST_FILE).collect();
+    assert!(large.is_empty(), "files over {LARGEST_FILE} bytes: {large:?}");
 }
 
 #[test]

@@ -1,13 +1,14 @@
 //! `nearfar bench --methods` as a user types it, on a small Cornell box: rows, resuming, refusals.
 
-use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::time::SystemTime;
 
 use serde_json::Value;
 
-/// A folder that is removed when the test is over, with a small ground truth in it.
-struct Folder(PathBuf);
+use crate::support::Folder;
+
+/// A folder with a small ground truth in it.
+struct Measured(Folder);
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.toml");
 /// Little of everything, so that a render takes a tenth of a second.
@@ -32,15 +33,12 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-impl Folder {
+impl Measured {
     fn new(name: &str) -> Self {
-        let folder =
-            std::env::temp_dir().join(format!("nearfar-bench-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
+        Self(Folder::new(&format!("bench-{name}")))
     }
     fn at(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
+        self.0.at(name)
     }
     /// A path traced picture of the Cornell box.
     fn truth(&self, name: &str, size: &str) -> String {
@@ -91,17 +89,11 @@ impl Folder {
     }
 }
 
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 const TWO_KNOBS: [&str; 4] = ["--sweep", "decomposition=4%,2%", "--sweep", "gather=4,16"];
 
 #[test]
 fn a_small_comparison_measures_and_resumes() {
-    let folder = Folder::new("small");
+    let folder = Measured::new("small");
     let truth = folder.truth("truth.exr", "32x32");
     let friend = folder.at("friend.exr");
     assert!(
@@ -181,7 +173,7 @@ fn a_small_comparison_measures_and_resumes() {
 
 #[test]
 fn what_cannot_be_compared_is_refused() {
-    let folder = Folder::new("refusals");
+    let folder = Measured::new("refusals");
     let truth = folder.truth("truth.exr", "32x32");
     let wide = folder.truth("wide.exr", "40x32");
     let point = format!("x,1,{wide}");
@@ -222,7 +214,7 @@ fn what_cannot_be_compared_is_refused() {
 /// with these options, bit for bit, and another one than without them.
 #[test]
 fn children_get_the_resolved_settings() {
-    let folder = Folder::new("resolved");
+    let folder = Measured::new("resolved");
     let truth = folder.truth("truth.exr", "32x32");
     let sweep = ["--only", "decomposition", "--sweep", "decomposition=4%", "--seed", "7"];
     let beauty = |path: &str| {

@@ -18,7 +18,7 @@ use nearfar::scene::{Camera, Fingerprint, Mesh, Scene, Sides};
 use nearfar::shading::{DirectSettings, World};
 
 use crate::proxy::hollow_sphere;
-use crate::support::{backends, cuboid, grey, quad, small_room, world};
+use crate::support::{Folder, backends, cuboid, grey, quad, small_room, world};
 
 const MODES: [Mode; 3] = [Mode::Hessian, Mode::Production2006, Mode::SplitSphere];
 
@@ -237,15 +237,9 @@ fn curved_surfaces() {
     }
 }
 
-fn folder(name: &str) -> std::path::PathBuf {
-    let folder = std::env::temp_dir().join(format!("nearfar-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
 #[test]
 fn saved_records_are_reused() {
-    let folder = folder("cache-reuse");
+    let folder = Folder::new("cache-reuse");
     let file = folder.join("room.ply");
     let (photon, record, direct) = (
         ProxySettings { photons: 5000, ..ProxySettings::default() },
@@ -276,12 +270,11 @@ fn saved_records_are_reused() {
         let (new, alone) = (extended.records.len() - cache.records.len(), cache.records.len());
         assert!(new * 2 < alone, "{mode:?}: {new} new, {alone} loaded");
     }
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
 fn broken_and_foreign_files_are_refused() {
-    let folder = folder("cache-broken");
+    let folder = Folder::new("cache-broken");
     let file = folder.join("c.ply");
     let (photon, record, direct) =
         (ProxySettings::default(), RecordSettings::default(), DirectSettings::default());
@@ -345,5 +338,4 @@ fn broken_and_foreign_files_are_refused() {
     refused(&own, "record 7 is damaged");
     std::fs::remove_file(&file).unwrap();
     assert!(store::load(&file, &own).is_err());
-    std::fs::remove_dir_all(folder).unwrap();
 }

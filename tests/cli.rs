@@ -1,9 +1,11 @@
 //! The program as a user types it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 use nearfar::film::read_exr;
+
+use crate::support::Folder;
 
 fn nearfar(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_nearfar")).args(arguments).output().unwrap()
@@ -17,36 +19,17 @@ fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// A folder that is removed when the test is over, with a small scene in it.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder =
-            std::env::temp_dir().join(format!("nearfar-cli-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        std::fs::write(
-            folder.join("card.obj"),
-            "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n",
-        )
-        .unwrap();
-        let scene = "[camera]\neye = [0, 1, 2]\ntarget = [0, 0, 0]\nwidth = 16\nheight = \
-                     12\n\n[[mesh]]\nfile = \"card.obj\"\n\n\
-                     [[light]]\ntype = \"sky\"\nradiance = [1, 1, 1]\n\n[[light]]\ntype = \
-                     \"point\"\nposition = [0, 1, 0]\nintensity = [1, 1, 1]\n\n\
-                     [settings]\nseed = 7\n\n[settings.path]\nspp = 3\n";
-        std::fs::write(folder.join("card.toml"), scene).unwrap();
-        Self(folder)
-    }
-    fn at(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
+/// A folder with a small scene in it.
+fn card(name: &str) -> Folder {
+    let folder = Folder::new(&format!("cli-{name}"));
+    folder.file("card.obj", "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n");
+    let scene = "[camera]\neye = [0, 1, 2]\ntarget = [0, 0, 0]\nwidth = 16\nheight = \
+                 12\n\n[[mesh]]\nfile = \"card.obj\"\n\n\
+                 [[light]]\ntype = \"sky\"\nradiance = [1, 1, 1]\n\n[[light]]\ntype = \
+                 \"point\"\nposition = [0, 1, 0]\nintensity = [1, 1, 1]\n\n\
+                 [settings]\nseed = 7\n\n[settings.path]\nspp = 3\n";
+    folder.file("card.toml", scene);
+    folder
 }
 
 /// Whether a help text lists an option: a line begins with it, alone or beside its other form.
@@ -97,7 +80,7 @@ fn help_names_every_command_and_option() {
 
 #[test]
 fn usage_errors_exit_with_2_and_say_the_fix() {
-    let folder = Folder::new("usage");
+    let folder = card("usage");
     let (scene, out) = (folder.at("card.toml"), folder.at("o.exr"));
     for (arguments, expected) in [
         (vec!["render"], "required"),
@@ -125,13 +108,13 @@ fn usage_errors_exit_with_2_and_say_the_fix() {
         assert!(output.stdout.is_empty(), "{arguments:?}");
     }
     let left: Vec<_> =
-        std::fs::read_dir(&folder.0).unwrap().map(|e| e.unwrap().file_name()).collect();
+        std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left.len(), 2, "{left:?}");
 }
 
 #[test]
 fn settings_precedence() {
-    let folder = Folder::new("precedence");
+    let folder = card("precedence");
     let (scene, out, stats) = (folder.at("card.toml"), folder.at("o.exr"), folder.at("o.json"));
     let spp = |extra: &[&str]| {
         let mut arguments = vec![
@@ -164,7 +147,7 @@ fn settings_precedence() {
 
 #[test]
 fn render_writes_image_picture_and_statistics() {
-    let folder = Folder::new("render");
+    let folder = card("render");
     let (scene, out, stats) = (folder.at("card.toml"), folder.at("o.exr"), folder.at("o.json"));
     let output = nearfar(&[
         "render",
@@ -226,7 +209,7 @@ fn render_writes_image_picture_and_statistics() {
 
 #[test]
 fn what_was_chosen_is_told_unless_quiet() {
-    let folder = Folder::new("notes");
+    let folder = card("notes");
     let (card, cube, out) = (folder.at("card.obj"), folder.at("cube.toml"), folder.at("o.exr"));
     let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n";
     let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
@@ -257,7 +240,7 @@ fn what_was_chosen_is_told_unless_quiet() {
 
 #[test]
 fn reference_resumes_to_the_same_bits() {
-    let folder = Folder::new("resume");
+    let folder = card("resume");
     let (scene, whole, part) =
         (folder.at("card.toml"), folder.at("whole.exr"), folder.at("part.exr"));
     for arguments in [
@@ -302,7 +285,7 @@ fn cpu_seconds(process: u32) -> f64 {
 #[test]
 #[cfg(target_os = "linux")]
 fn ctrl_c_keeps_what_was_done() {
-    let folder = Folder::new("interrupt");
+    let folder = card("interrupt");
     let out = folder.at("o.exr");
     let mut child = Command::new(env!("CARGO_BIN_EXE_nearfar"))
         .args(["reference", &folder.at("card.toml"), "-o", &out, "--spp", "100000000"])
@@ -349,7 +332,7 @@ fn a_reader_that_leaves_ends_the_program_quietly() {
 
 #[test]
 fn a_cloud_is_baked_and_gathered_from() {
-    let folder = Folder::new("cloud");
+    let folder = card("cloud");
     let baked = nearfar(&[
         "cloud",
         "bake",
@@ -453,7 +436,7 @@ fn a_cloud_is_baked_and_gathered_from() {
 
 #[test]
 fn old_names_of_commands_tell_the_new_ones() {
-    let folder = Folder::new("renamed");
+    let folder = card("renamed");
     let (scene, out) = (folder.at("card.toml"), folder.at("out.ply"));
     let old: [(&[&str], &str); 4] = [
         (&["bake", &scene, "-o", &out, "--elements", "9"], "nearfar cloud bake"),
@@ -476,7 +459,7 @@ fn old_names_of_commands_tell_the_new_ones() {
 
 #[test]
 fn a_cloud_is_shown_as_a_page() {
-    let folder = Folder::new("shown");
+    let folder = card("shown");
     let (scene, ply) = (folder.at("card.toml"), folder.at("card.ply"));
     let baked = nearfar(&["cloud", "bake", &scene, "-o", &ply, "--elements", "100", "-q"]);
     assert_eq!(code(&baked), 0, "{}", stderr(&baked));
@@ -491,7 +474,7 @@ fn a_cloud_is_shown_as_a_page() {
 
 #[test]
 fn a_picture_that_converges_tells_its_error() {
-    let folder = Folder::new("converge");
+    let folder = card("converge");
     let (scene, out, stats) = (folder.at("card.toml"), folder.at("o.exr"), folder.at("o.json"));
     let output =
         nearfar(&["render", &scene, "-o", &out, "--converge", "--spp", "16", "--stats", &stats]);
@@ -536,7 +519,7 @@ fn a_picture_that_converges_tells_its_error() {
 /// Files that would overwrite each other are refused before anything is rendered.
 #[test]
 fn every_file_has_a_name_of_its_own() {
-    let folder = crate::support::temporary("cli-distinct");
+    let folder = Folder::new("cli-distinct");
     let at = |name: &str| folder.join(name).display().to_string();
     let (out, other) = (at("a.exr"), at("b.ply"));
     let scene = "scenes/lit-sheet/lit-sheet.toml";
@@ -553,5 +536,4 @@ fn every_file_has_a_name_of_its_own() {
     assert!(!std::path::Path::new(&out).exists());
     let many = ["info", scene, "--threads", "100000"];
     assert_eq!(crate::support::program(&many).status.code(), Some(2));
-    std::fs::remove_dir_all(folder).unwrap();
 }

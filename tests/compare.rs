@@ -6,7 +6,7 @@ use std::process::Output;
 use nearfar::film::{Film, Precision, write_exr};
 use nearfar::radiometry::Rgb;
 
-use crate::support::{program, temporary};
+use crate::support::{Folder, program};
 
 fn code(output: &Output) -> i32 {
     output.status.code().unwrap()
@@ -22,7 +22,7 @@ fn at(folder: &Path, name: &str) -> String {
 
 #[test]
 fn compare_prints_judges_and_draws() {
-    let folder = temporary("compare");
+    let folder = Folder::new("compare");
     let (a, b, diff) = (at(&folder, "a.exr"), at(&folder, "b.exr"), at(&folder, "d.png"));
     for (path, v) in [(&a, 1.1f32), (&b, 1.0)] {
         let mut film = Film::new(8, 8);
@@ -45,12 +45,11 @@ fn compare_prints_judges_and_draws() {
         let refused = program(&[["compare", &a, &b].as_slice(), &wrong].concat());
         assert_eq!(code(&refused), 2, "{wrong:?}");
     }
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
 fn compare_says_what_makes_its_figures_doubtful() {
-    let folder = temporary("compare-doubtful");
+    let folder = Folder::new("compare-doubtful");
     let grey = |v: f32| [Rgb::splat(v); 64];
     let write = |name: &str, v: f32, change: &dyn Fn(&mut Film)| {
         let mut film = Film::new(8, 8);
@@ -77,5 +76,4 @@ fn compare_says_what_makes_its_figures_doubtful() {
         let right = if said.is_empty() { told.is_empty() } else { told.contains(said) };
         assert!(right, "{reference}: {told}");
     }
-    std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -2,7 +2,7 @@
 //! by way of scene files.
 
 use std::f64::consts::PI;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use glam::{DVec3, Vec3};
@@ -12,7 +12,7 @@ use nearfar::tessellate::{
     CurveSettings, CurveShape, Geometry, MAX_TRIANGLES, analyze_topology, tessellate_curves,
 };
 
-use crate::support::grey;
+use crate::support::{Folder, grey};
 
 fn curves(basis: Basis, points: &[[f32; 4]]) -> Curves {
     let mut c = Curves { basis, ..Curves::default() };
@@ -186,36 +186,28 @@ fn too_many_triangles_are_refused() {
     );
 }
 
-struct Folder(PathBuf);
+/// A folder of scenes.
+struct Scenes(Folder);
 
-impl Folder {
+impl Scenes {
     fn new(name: &str) -> Self {
-        let path =
-            std::env::temp_dir().join(format!("nearfar-curves-{}-{name}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
+        Self(Folder::new(&format!("curves-{name}")))
     }
     fn write(&self, name: &str, content: impl AsRef<[u8]>) {
-        std::fs::write(self.0.join(name), content).unwrap();
+        self.0.file(name, content);
     }
     fn load(&self, mesh: &str) -> nearfar::error::Result<Loaded> {
         self.write(
             "s.toml",
             format!("[[mesh]]\n{mesh}\n[[light]]\ntype = \"sky\"\nradiance = 1\n"),
         );
-        load(&self.0.join("s.toml"), &[])
+        load(Path::new(&self.0.at("s.toml")), &[])
     }
     fn message(&self, mesh: &str) -> String {
         let text = self
             .load(mesh)
             .map_or_else(|e| e.to_string(), |l| format!("loaded; {}", l.warnings.join("; ")));
-        text.replace(&format!("{}/", self.0.display()), "")
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
+        self.0.plain(&text)
     }
 }
 
@@ -242,7 +234,7 @@ const POINTS: [f32; 15] =
 
 #[test]
 fn hair_files_are_read() {
-    let folder = Folder::new("hair");
+    let folder = Scenes::new("hair");
     let ribbon = "file = \"a.hair\"\ncurves = { shape = \"ribbon\" }";
     folder.write("a.hair", hair(0b11, &POINTS, &[]));
     let loaded = folder.load(ribbon).unwrap();
@@ -314,7 +306,7 @@ fn hair_files_are_read() {
 
 #[test]
 fn text_curves_are_read() {
-    let folder = Folder::new("text");
+    let folder = Scenes::new("text");
     folder.write(
         "a.curves",
         "# two curves\n0 0 0 0.1\n0 1 0 0.1\n# still the first\n0 2 0 0.1\n\n\n1 0 0 0.05\n1 4 0 \
@@ -377,7 +369,7 @@ const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 
 
 #[test]
 fn cages_are_read_with_their_tags() {
-    let folder = Folder::new("cage");
+    let folder = Scenes::new("cage");
     let entry = "file = \"a.obj\"\nsubdivision = { levels = 3 }";
     let closed = |loaded: &Loaded| {
         let g = Geometry::new(&loaded.scene);

@@ -1,7 +1,6 @@
 //! `--denoise oidn` as a user types it: refused with a fix where the library is missing, less error
 //! where it is there.
 
-use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use nearfar::compare::{Truth, compare};
@@ -9,18 +8,17 @@ use nearfar::ffi::oidn::{Denoiser, VARIABLE};
 use nearfar::film::{Film, read_exr};
 use nearfar::method::Method;
 
+use crate::support::Folder;
+
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.toml");
 const TRUTH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.exr");
 
-/// A folder that is removed when the test is over.
-struct Folder(PathBuf);
+/// A folder of pictures.
+struct Pictures(Folder);
 
-impl Folder {
+impl Pictures {
     fn new(name: &str) -> Self {
-        let folder =
-            std::env::temp_dir().join(format!("nearfar-denoise-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
+        Self(Folder::new(&format!("denoise-{name}")))
     }
     /// Renders to NAME.exr with NAME.json beside it.
     fn render(&self, name: &str, variable: Option<&str>, more: &[&str]) -> Output {
@@ -42,12 +40,6 @@ impl Folder {
     }
 }
 
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 fn bits(film: &Film, channel: &str) -> Vec<u32> {
     film.channels[channel].iter().map(|v| v.to_bits()).collect()
 }
@@ -62,7 +54,7 @@ fn library() -> bool {
 
 #[test]
 fn without_the_library_nothing_is_rendered_and_the_fix_is_named() {
-    let folder = Folder::new("missing");
+    let folder = Pictures::new("missing");
     for asked in [["--denoise", "oidn"], ["--set", "denoise=oidn"]] {
         let refused = folder.render("a", Some("/nowhere/lib"), &asked);
         let said = String::from_utf8_lossy(&refused.stderr).into_owned();
@@ -83,7 +75,7 @@ fn without_the_library_nothing_is_rendered_and_the_fix_is_named() {
 
 #[test]
 fn not_asked_for_it_changes_no_bit() {
-    let folder = Folder::new("none");
+    let folder = Pictures::new("none");
     let common = ["--size", "24x24", "--method", "path", "--spp", "2"];
     let plain = folder.film("plain", &common);
     let none = folder.film("none", &[&common[..], &["--denoise", "none"]].concat());
@@ -98,7 +90,7 @@ fn path_tracing_loses_its_noise_and_keeps_it_beside() {
     if !library() {
         return;
     }
-    let folder = Folder::new("path");
+    let folder = Pictures::new("path");
     let common = ["--method", "path", "--spp", "16"];
     let noisy = folder.film("noisy", &common);
     let denoised = folder.film("denoised", &[&common[..], &["--denoise", "oidn"]].concat());
@@ -143,7 +135,7 @@ fn every_method_takes_it() {
     if !library() {
         return;
     }
-    let folder = Folder::new("methods");
+    let folder = Pictures::new("methods");
     for method in Method::ALL {
         let name = method.name();
         let method = name;

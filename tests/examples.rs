@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::support::temporary;
+use crate::support::Folder;
 
 /// Runs an example from the top of the checkout; its output.
 fn example(name: &str, arguments: &[&str]) -> (bool, String) {
@@ -35,7 +35,7 @@ fn small_scene(folder: &Path) -> String {
 
 #[test]
 fn render_writes_the_picture() {
-    let folder = temporary("example-render");
+    let folder = Folder::new("example-render");
     let (scene, out) = (small_scene(&folder), folder.join("a.exr"));
     let (ok, text) = example("render", &[&scene, out.to_str().unwrap()]);
     assert!(ok, "{text}");
@@ -48,12 +48,11 @@ fn render_writes_the_picture() {
         !l.is_empty() && !l.starts_with("//") && !l.starts_with("use ")
     });
     assert!(lines.count() <= 15, "a library render is short");
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
 fn irradiance_tells_of_every_point() {
-    let folder = temporary("example-irradiance");
+    let folder = Folder::new("example-irradiance");
     let (ok, text) = example("irradiance", &[&small_scene(&folder), "278,0.1,279", "100,0.1,100"]);
     assert!(ok, "{text}");
     let lines: Vec<&str> = text.lines().collect();
@@ -61,13 +60,12 @@ fn irradiance_tells_of_every_point() {
     assert!(lines.iter().all(|l| l.contains("direct [") && l.contains("indirect [")), "{text}");
     let (ok, text) = example("irradiance", &[&small_scene(&folder), "1,2"]);
     assert!(!ok && text.contains("1,2"), "{text}");
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 /// An own backend meets what the built-in one meets, but for rays within rounding of an edge.
 #[test]
 fn an_own_backend_agrees_with_the_built_in_one() {
-    let folder = temporary("example-backend");
+    let folder = Folder::new("example-backend");
     let (ok, text) = example("backend", &[&small_scene(&folder)]);
     assert!(ok, "{text}");
     let mut seen = 0;
@@ -79,5 +77,4 @@ fn an_own_backend_agrees_with_the_built_in_one() {
         seen += 1;
     }
     assert!(seen >= 3, "{text}");
-    std::fs::remove_dir_all(folder).unwrap();
 }

@@ -1,29 +1,13 @@
 //! `nearfar export`: the folder another renderer reads.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 use roxmltree::Document;
 
+use crate::support::Folder;
+
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
-
-/// A folder that is removed when the test is over.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder =
-            std::env::temp_dir().join(format!("nearfar-export-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 fn export(scene: &Path, folder: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_nearfar"))
@@ -91,14 +75,14 @@ fn has(types: &[String], word: &str) -> usize {
 
 #[test]
 fn the_cornell_box_is_complete() {
-    let folder = Folder::new("cornell");
-    let output = export(&Path::new(SCENES).join("cornell-box/cornell-box.toml"), &folder.0);
+    let folder = Folder::new("export-cornell");
+    let output = export(&Path::new(SCENES).join("cornell-box/cornell-box.toml"), &folder);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(
         String::from_utf8_lossy(&output.stdout).trim(),
-        folder.0.join("scene.xml").display().to_string()
+        folder.join("scene.xml").display().to_string()
     );
-    let (types, triangles) = read(&folder.0);
+    let (types, triangles) = read(&folder);
     let faces =
         std::fs::read_to_string(Path::new(SCENES).join("cornell-box/cornell-box.obj")).unwrap();
     // A face of n corners is n - 2 triangles.
@@ -113,8 +97,8 @@ fn the_cornell_box_is_complete() {
 
 #[test]
 fn textures_masks_and_every_light_have_their_counterpart() {
-    let folder = Folder::new("all");
-    let at = |name: &str| folder.0.join(name);
+    let folder = Folder::new("export-all");
+    let at = |name: &str| folder.join(name);
     std::fs::write(
         at("card.obj"),
         "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nvt 0 0\nvt 0 1\nvt 1 1\nvt 1 0\nusemtl card\nf \
@@ -172,8 +156,8 @@ fn textures_masks_and_every_light_have_their_counterpart() {
 
 #[test]
 fn a_folder_that_cannot_be_made_is_named() {
-    let folder = Folder::new("refused");
-    let file = folder.0.join("taken");
+    let folder = Folder::new("export-refused");
+    let file = folder.join("taken");
     std::fs::write(&file, "").unwrap();
     let output =
         export(&Path::new(SCENES).join("masked-card/masked-card.toml"), &file.join("below"));

@@ -1,7 +1,7 @@
 //! Files and scenes that exporters and people really write, with the right value: a closed form, or
 //! the same scene written plainly.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::Vec2;
 use nearfar::accel::Backend;
@@ -13,26 +13,24 @@ use nearfar::scene::Light;
 use nearfar::shading::World;
 use nearfar::tessellate::Geometry;
 
-use crate::support::{program, temporary};
+use crate::support::{Folder, program};
 
 const SQUARE: &str =
     "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n";
 const LIBRARY: &str = "newmtl m\nKd 0.7 0.2 0.1\nnewmtl n\nKd 0.1 0.2 0.7\n";
 const RED: Rgb = Rgb::new(0.7, 0.2, 0.1);
 
-/// A folder of files that goes with the test.
-struct Files(PathBuf);
+/// A folder of files.
+struct Files(Folder);
 
 impl Files {
     fn new(name: &str, files: &[(&str, &[u8])]) -> Self {
-        let out = Self(temporary(name));
+        let out = Self(Folder::new(name));
         files.iter().for_each(|(name, bytes)| out.write(name, bytes));
         out
     }
     fn write(&self, name: &str, bytes: &[u8]) {
-        let path = self.0.join(name);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, bytes).unwrap();
+        self.0.file(name, bytes);
     }
     /// A picture of 8 by 8 texels, the left half black, the right half white.
     fn halves(&self, name: &str) {
@@ -43,12 +41,6 @@ impl Files {
         let text = format!("{mesh}\n[[light]]\ntype = \"sky\"\nradiance = 1\n");
         self.write("s.toml", text.as_bytes());
         load(&self.0.join("s.toml"), &[])
-    }
-}
-
-impl Drop for Files {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -208,7 +200,7 @@ fn doubled_lamps_light_both_ways() {
             0.4 * target
         );
         files.write("s.toml", scene.as_bytes());
-        let at = |name: &str| files.0.join(name).display().to_string();
+        let at = |name: &str| files.0.at(name);
         let (scene, out) = (at("s.toml"), at("o.exr"));
         let done = program(&[
             "render", &scene, "-o", &out, "-q", "--size", "32x32", "--method", "direct", "--spp",
@@ -312,7 +304,7 @@ fn far_scenes_are_the_plain_one() {
     let picture = |(obj, scene): (String, String), method: &str| {
         files.write("a.obj", obj.as_bytes());
         files.write("s.toml", scene.as_bytes());
-        let at = |name: &str| files.0.join(name).display().to_string();
+        let at = |name: &str| files.0.at(name);
         let (scene, out) = (at("s.toml"), at("o.exr"));
         let done =
             program(&["render", &scene, "-o", &out, "-q", "--method", method, "--spp", "16"]);

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use crate::support::Folder;
+
 const SCENE: &str = r#"[camera]
 eye = [0, 1, 2]
 target = [0, 0, 0]
@@ -18,17 +20,14 @@ radiance = [1, 1, 1]
 "#;
 
 /// A folder with one scene of the gallery, which is only a card.
-struct Checkout(PathBuf);
+struct Checkout(Folder);
 
 impl Checkout {
     fn new(name: &str) -> Self {
-        let folder =
-            std::env::temp_dir().join(format!("nearfar-gallery-{name}-{}", std::process::id()));
-        let scene = folder.join("scenes/cornell-box");
-        std::fs::create_dir_all(&scene).unwrap();
+        let folder = Folder::new(&format!("gallery-{name}"));
         let card = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n";
-        std::fs::write(scene.join("card.obj"), card).unwrap();
-        std::fs::write(scene.join("cornell-box.toml"), SCENE).unwrap();
+        folder.file("scenes/cornell-box/card.obj", card);
+        folder.file("scenes/cornell-box/cornell-box.toml", SCENE);
         Self(folder)
     }
     fn gallery(&self, more: &[&str]) -> Output {
@@ -42,12 +41,6 @@ impl Checkout {
     }
     fn picture(&self, name: &str) -> PathBuf {
         self.0.join("out/cornell-box").join(name)
-    }
-}
-
-impl Drop for Checkout {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 

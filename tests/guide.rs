@@ -7,12 +7,12 @@
 //! [`small`] says what is made small; a command that is refused, fails, or does not make its file
 //! fails the page.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use nearfar::Method;
 
-use crate::support::temporary;
+use crate::support::Folder;
 
 const TOP: &str = env!("CARGO_MANIFEST_DIR");
 const SIZE: &str = "16x12";
@@ -143,8 +143,8 @@ fn small(words: &[String], folder: &Path) -> Vec<String> {
 
 /// A folder with the scenes; the committed ground truth, where a page uses it, is made anew in the
 /// size of the pictures.
-fn workplace(name: &str, text: &str) -> PathBuf {
-    let folder = temporary(&format!("guide-{name}"));
+fn workplace(name: &str, text: &str) -> Folder {
+    let folder = Folder::new(&format!("guide-{name}"));
     for scene in std::fs::read_dir(Path::new(TOP).join("scenes")).unwrap() {
         let scene = scene.unwrap().path();
         if !scene.is_dir() {
@@ -209,7 +209,6 @@ fn follow(page: &str) -> usize {
             }
         }
     }
-    std::fs::remove_dir_all(&folder).unwrap();
     count
 }
 
@@ -232,7 +231,7 @@ pages! {
     lights: "docs/guide/lights.md", 4;
     quality: "docs/guide/quality.md", 9;
     films: "docs/guide/films.md", 4;
-    ground_truth: "docs/guide/ground-truth.md", 8;
+    ground_truth: "docs/guide/ground-truth.md", 14;
     comparing: "docs/guide/comparing.md", 11;
     methods: "docs/guide/methods.md", 12;
     point_clouds: "docs/guide/point-clouds.md", 11;

@@ -78,6 +78,94 @@ fn pipes_are_refused() {
     }
 }
 
+/// Files beside pictures are looked at as all others are.
+#[cfg(unix)]
+#[test]
+fn pipes_beside_pictures_are_refused() {
+    for name in ["report.toml", "a.json"] {
+        let folder = Folder::new("hostile-report");
+        let mut film = nearfar::film::Film::new(2, 1);
+        film.set_rgb("", &[glam::Vec3::ONE; 2]);
+        let picture = folder.join("a.exr");
+        nearfar::film::write_exr(&film, &picture, nearfar::film::Precision::Full).unwrap();
+        let pipe = folder.at(name);
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let said = refused(&folder, &["report", &folder.at("."), "-o", "{out}"]);
+        assert!(said.contains(name) && said.contains("is a pipe or a device"), "{said}");
+    }
+}
+
+/// What would be read as something else, or would leave single precision, is told where it stands.
+#[test]
+fn what_is_no_scene_is_told() {
+    let folder = Folder::new("hostile-told");
+    folder.file("a.obj", SQUARE);
+    folder.file("empty.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
+    let mesh = "[[mesh]]\nfile = \"a.obj\"\n";
+    let said = |text: &str, overrides: &[(&str, &str)]| {
+        let scene = folder.file("s.toml", text);
+        let overrides: Vec<_> =
+            overrides.iter().map(|&(k, v)| (k.to_owned(), v.to_owned())).collect();
+        let error = nearfar::load::load(Path::new(&scene), &overrides).unwrap_err();
+        folder.plain(&error.to_string())
+    };
+    let lit = format!("{mesh}{SKY}");
+    for (text, expected) in [
+        (format!("camera = [[0, 0, 3], [0, 0, 0]]\n{lit}"), "s.toml:1: camera is a table"),
+        (format!("mesh = [[\"a.obj\"]]\n{SKY}"), "s.toml:1: mesh is a table"),
+        (format!("{mesh}subdivision = [2]\n{SKY}"), "s.toml:3: subdivision is a table"),
+        (format!("material = {{ m = [0.5] }}\n{lit}"), "s.toml:1: m is a table"),
+        (format!("{mesh}{}", SKY.replace('1', "1e16")), "s.toml: a light of 1e16 is too bright"),
+        (format!("{lit}[[mesh]]\nfile = \"empty.obj\"\n"), "empty.obj: holds no faces"),
+    ] {
+        let said = said(&text, &[]);
+        assert!(said.starts_with(expected), "{said}");
+    }
+    let long = vec!["a"; 50_000].join(".");
+    let key = |key: &str| said(&lit, &[(key, "1")]);
+    assert!(key(&long).contains("more than 16 parts"));
+    assert!(said(&lit, &[("camera", "[1]")]).contains("camera is a table"));
+    assert!(nearfar::load::load(Path::new(&folder.file("s.toml", &lit)), &[]).is_ok());
+}
+
+/// Polygons of very many corners are cut, or refused; they do not take for ever.
+#[test]
+fn polygons_of_many_corners() {
+    let folder = Folder::new("hostile-polygons");
+    let polygon = |n: usize, radius: &dyn Fn(usize) -> f64| {
+        let corner = |i: usize| {
+            let (angle, r) = (i as f64 * std::f64::consts::TAU / n as f64, radius(i));
+            format!("v {} {} 0\n", r * angle.cos(), r * angle.sin())
+        };
+        let face: String = (1..=n).map(|i| format!(" {i}")).collect();
+        (0..n).map(corner).collect::<String>() + &format!("f{face}\n")
+    };
+    let load = |text: String| {
+        folder.file("a.obj", text);
+        let scene = folder.file("s.toml", format!("[[mesh]]\nfile = \"a.obj\"\n{SKY}"));
+        nearfar::load::load(Path::new(&scene), &[])
+    };
+    let disc = load(polygon(100_000, &|_| 1.0)).unwrap().scene;
+    assert_eq!(disc.meshes[0].triangles.len(), 99_998);
+    let saw = load(polygon(100_000, &|i| 1.0 + 0.1 * (i % 2) as f64)).unwrap_err().to_string();
+    assert!(saw.contains("a.obj: has polygons of very many corners"), "{saw}");
+}
+
+/// A scene of which nothing is seen shows its sky, by every method.
+#[test]
+fn invisible_scenes_show_the_sky() {
+    let mut scene = crate::support::small_room();
+    scene.materials.iter_mut().for_each(|m| m.opacity = 0.0);
+    let radiance = nearfar::radiometry::Rgb::new(0.25, 0.5, 1.0);
+    scene.lights = vec![nearfar::scene::Light::Sky { radiance }];
+    let run = nearfar::run::Run::new(2).unwrap();
+    for method in nearfar::method::Method::ALL {
+        let found = nearfar::render(&scene, &crate::support::quick(2), method, &run);
+        let film = found.unwrap_or_else(|e| panic!("{method:?}: {e}")).film;
+        assert!(film.rgb("").unwrap().iter().all(|&c| c == radiance), "{method:?}");
+    }
+}
+
 /// Very many of something small takes no longer than it must.
 #[test]
 fn long_camera_paths_are_read() {

@@ -82,6 +82,62 @@ fn other_units_and_places_give_the_same_picture() {
     }
 }
 
+/// Mean and standard error of numbers.
+fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
+
+/// Methods that share light, over many seeds: mean and error against the truth, in other units, at
+/// another place and turned, with their standard errors.
+#[test]
+#[ignore = "slow: minutes; a measurement"]
+fn means_and_errors_of_methods_that_share() {
+    const SEEDS: u64 = 24;
+    let truth = picture(&small_room(), Method::Path, 16_384).rgb("").unwrap();
+    let oblique = Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 1.0);
+    let plain = (Mat3::IDENTITY, 1.0, Vec3::ZERO);
+    let places = [
+        ("plain", plain),
+        ("× 1e-3", (Mat3::IDENTITY, 1e-3, Vec3::ZERO)),
+        ("× 1e3", (Mat3::IDENTITY, 1e3, Vec3::ZERO)),
+        ("shifted", (Mat3::IDENTITY, 1.0, Vec3::new(20.0, -10.0, 5.0))),
+        ("turned", (oblique, 1.0, Vec3::ZERO)),
+    ];
+    let mut wrong = Vec::new();
+    for method in [Method::Decomposition, Method::IrradianceCache, Method::Gather] {
+        let mut first = None;
+        for (name, (turn, scale, shift)) in places {
+            let scene = moved(turn, scale, shift);
+            let of_seed = |seed| {
+                let film = picture_of_seed(&scene, method, 16, seed);
+                let pixels = film.rgb("").unwrap();
+                let squares = pixels.iter().zip(&truth).map(|(&c, &t)| {
+                    f64::from(((c - t) * (c - t) / (t * t + 1e-4)).element_sum()) / 3.0
+                });
+                (mean(&film), squares.sum::<f64>() / pixels.len() as f64)
+            };
+            let (means, errors): (Vec<f64>, Vec<f64>) = (0..SEEDS).map(of_seed).unzip();
+            let found = (mean_and_error(&means), mean_and_error(&errors));
+            let ((m, dm), (e, de)) = *first.get_or_insert(found);
+            let ((n, dn), (f, df)) = found;
+            let (ratio, error) = (n / m - 1.0, dn.hypot(dm) / m);
+            eprintln!(
+                "{method:?} {name}: mean {ratio:+.5} ± {error:.5}, relMSE {f:.6} ± {df:.6} ({:+.1} \
+                 standard errors)",
+                (f - e) / df.hypot(de).max(1e-12)
+            );
+            // Three standard errors above what is allowed.
+            if ratio.abs() > 1e-3 + 3.0 * error || (f - e).abs() > 4.0 * df.hypot(de) {
+                wrong.push(format!("{method:?} {name}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
 /// Turned scenes have other random directions: their means agree within their noise.
 #[test]
 fn any_axis_may_be_upwards() {

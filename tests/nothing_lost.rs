@@ -63,6 +63,58 @@ const PROGRESSIVE: [&[&str]; 3] = [
     ],
 ];
 
+/// Commands that make one picture or cloud, pass by pass, for about a second each.
+const BY_PASSES: [&[&str]; 8] = [
+    &["render", SCENE, "--size", "40x30", "--method", "gather", "--set", "gather.rays=3000"],
+    &[
+        "render",
+        SCENE,
+        "--size",
+        "40x30",
+        "--method",
+        "decomposition",
+        "--set",
+        "decompose.near_rays=2000",
+        "--set",
+        "proxy.gather_rays=16",
+    ],
+    &[
+        "render",
+        SCENE,
+        "--size",
+        "40x30",
+        "--method",
+        "irradiance-cache",
+        "--set",
+        "cache.rays=8000",
+        "--set",
+        "cache.mode=split-sphere",
+    ],
+    &["render", SCENE, "--size", "40x30", "--method", "photon-map", "--spp", "2000"],
+    &[
+        "render",
+        SCENE,
+        "--size",
+        "40x30",
+        "--method",
+        "point-based",
+        "--set",
+        "point_based.elements=6000",
+    ],
+    &[
+        "render",
+        SCENE,
+        "--size",
+        "120x90",
+        "--method",
+        "local-correction",
+        "--set",
+        "local.elements=20000",
+    ],
+    &["render", SCENE, "--size", "40x30", "--method", "direct", "--spp", "500"],
+    &["cloud", "bake", SCENE, "--elements", "6000"],
+];
+
 /// Shares of a time, evenly spread, the same in every run.
 struct Moments(u64);
 
@@ -92,7 +144,8 @@ fn kill(command: &[&str], times: usize, time: Duration, moments: &mut Moments) {
 
 /// Kills a command, goes on, and compares with the command left alone.
 fn killed(folder: &Folder, command: &[&str], kills: &dyn Fn(&[&str], Duration)) {
-    let (whole, out) = (folder.at("whole.exr"), folder.at("o.exr"));
+    let end = if command[0] == "cloud" { "ply" } else { "exr" };
+    let (whole, out) = (folder.at(&format!("whole.{end}")), folder.at(&format!("o.{end}")));
     let common = ["-q", "--checkpoint", "0.05", "-o"];
     let begin = Instant::now();
     let done = nearfar(&[command, &common, &[&whole]].concat());
@@ -110,7 +163,7 @@ fn killed(folder: &Folder, command: &[&str], kills: &dyn Fn(&[&str], Duration)) 
 
 #[test]
 fn what_is_killed_goes_on_to_the_same_bits() {
-    for (i, command) in PROGRESSIVE.iter().enumerate() {
+    for (i, command) in PROGRESSIVE.iter().chain(&BY_PASSES).enumerate() {
         let folder = Folder::new(&format!("lost-killed-{i}"));
         let partial = folder.at("o.partial.exr");
         killed(&folder, command, &|going, _| {
@@ -150,6 +203,60 @@ fn what_is_killed_at_random_moments_goes_on_to_the_same_bits() {
             }
         }
     }
+}
+
+#[test]
+#[ignore = "slow: minutes of renders that are killed"]
+fn passes_that_are_killed_at_random_moments_go_on_to_the_same_bits() {
+    for round in 0..7 {
+        for (i, command) in BY_PASSES.iter().enumerate() {
+            let folder = Folder::new(&format!("lost-passes-{round}-{i}"));
+            let mut moments = Moments(1000 + 100 * round + i as u64);
+            let moments = std::cell::RefCell::new(&mut moments);
+            killed(&folder, command, &|going, time| {
+                kill(going, 1, time, &mut moments.borrow_mut());
+            });
+        }
+    }
+    eprintln!("{} kills, all resumed to the same bits", 7 * BY_PASSES.len());
+}
+
+#[test]
+#[cfg(unix)]
+fn ctrl_c_keeps_the_passes_that_are_made_and_says_so() {
+    let folder = Folder::new("lost-passes-stopped");
+    let (whole, out) = (folder.at("whole.exr"), folder.at("o.exr"));
+    let command = BY_PASSES[0];
+    let done = nearfar(&[command, &["-o", &whole][..]].concat());
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+    std::fs::write(&out, "old").unwrap();
+    let going = [command, &["-o", &out, "--checkpoint", "0.05"][..]].concat();
+    let partial = folder.at("o.partial.exr");
+    let mut child = start(&going);
+    until(&mut child, || std::path::Path::new(&partial).exists());
+    interrupt(&child);
+    let stopped = child.wait_with_output().unwrap();
+    let text = said(&stopped);
+    assert_eq!(stopped.status.code(), Some(130), "{text}");
+    assert!(text.contains(&format!("what is done is in {partial}")), "{text}");
+    assert_eq!(std::fs::read(&out).unwrap(), b"old", "the earlier file was touched");
+    // Another job's file is refused, and stays.
+    let kept = content(&partial);
+    for other in [&["--seed", "5"][..], &["--set", "gather.guided=0.25"], &["--spp", "3"]] {
+        let refused = nearfar(&[&going[..], &["--resume"], other].concat());
+        let text = said(&refused);
+        assert!(refused.status.code() == Some(2) && text.contains("another job"), "{text}");
+    }
+    let begun = folder.at("begun.exr");
+    let path = ["reference", SCENE, "--size", "40x30", "--spp", "1", "-q", "-o", &begun];
+    assert_eq!(nearfar(&path).status.code(), Some(0));
+    let refused = nearfar(&[&going[..], &["--resume", &begun]].concat());
+    assert!(said(&refused).contains("not left by a job of this kind"), "{}", said(&refused));
+    assert!(content(&partial) == kept);
+    let done = nearfar(&[&going[..], &["--resume"]].concat());
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+    assert!(content(&out) == content(&whole));
+    assert_eq!(folder.names(), ["begun.exr", "o.exr", "whole.exr"]);
 }
 
 #[test]
@@ -405,8 +512,9 @@ fn a_time_limit_that_comes_too_early_is_told() {
     let ignored = ["render", SCENE, "--method", "direct"];
     let ignored = nearfar(&[&ignored[..], &files].concat());
     assert!(said(&ignored).contains("--time-limit: method direct"), "{}", said(&ignored));
-    let nothing = nearfar(&["render", SCENE, "-o", &out, "--method", "direct", "--resume"]);
-    assert!(nothing.status.code() == Some(2) && said(&nothing).contains("--resume: --method"));
+    let small = ["--size", "16x12", "-o", &out, "--resume"];
+    let fresh = nearfar(&[&["render", SCENE, "--method", "direct"][..], &small].concat());
+    assert_eq!(fresh.status.code(), Some(0), "{}", said(&fresh));
 }
 
 /// What comes after a whole picture may be what is lacking: standard output is a file as well.

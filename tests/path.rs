@@ -10,7 +10,7 @@ use nearfar::run::Run;
 use nearfar::scene::{Camera, Light, Material, Mesh, Scene};
 use nearfar::shading::World;
 
-use crate::support::{backends, cuboid, grey, quad, small_room, world};
+use crate::support::{Folder, backends, cuboid, grey, quad, small_room, world};
 
 fn trace(scene: &Scene, settings: &PathSettings) -> Film {
     render(&world(scene, Backend::Bvh), settings, 5, &Run::new(2).unwrap()).unwrap().film
@@ -238,13 +238,13 @@ fn resumed_equals_uninterrupted() {
         reference(&world, &settings, 3, &run, from(earlier)).unwrap().film
     };
     let whole = to(23, None);
-    let path = std::env::temp_dir().join(format!("nearfar-resume-{}.exr", std::process::id()));
+    let folder = Folder::new("path-resume");
+    let path = folder.join("a.exr");
     write_exr(&to(5, None), &path, Precision::Full).unwrap();
     let first = read_exr(&path).unwrap();
     write_exr(&to(14, Some(&first)), &path, Precision::Full).unwrap();
     let second = read_exr(&path).unwrap();
     assert!(bits(&to(23, Some(&second))) == bits(&whole));
-    std::fs::remove_file(&path).unwrap();
 
     for wrong in [f32::NAN, -5.0, 1e30, 2.5] {
         let mut film = first.clone();

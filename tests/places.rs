@@ -13,7 +13,7 @@ use nearfar::shading::World;
 use rayon::prelude::*;
 
 use crate::proxy::{gray, hollow_sphere, quads, room};
-use crate::support::{program, temporary};
+use crate::support::{Folder, program};
 
 const LAMP: Light = Light::Point { position: Vec3::new(0.5, 0.5, 1.8), intensity: Rgb::ONE };
 
@@ -255,7 +255,7 @@ fn the_cost_does_not_follow_the_triangles() {
 
 #[test]
 fn the_program_renders_with_places() {
-    let folder = temporary("places");
+    let folder = Folder::new("places");
     let at = |name: &str| folder.join(name).display().to_string();
     let scene = "scenes/cornell-box/cornell-box.toml";
     let render = |extra: &[&str]| {
@@ -288,7 +288,6 @@ fn the_program_renders_with_places() {
     let refused = render(&["-o", &one, "--set", refused[0], "--set", refused[1]]);
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert!(refused.status.code() == Some(2) && said.contains("leaves no cells"), "{said}");
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 /// Of leaves that are smaller than a place, the sides away from the lamp stay dark, and so do those

@@ -11,7 +11,7 @@ use nearfar::scene::{Light, Mesh, Sides};
 use nearfar::shading::direct_irradiance;
 use nearfar::{Error, Method, RenderConfig, Renderer, Run, Scene, render};
 
-use crate::support::{grey, program, quad, small_room, temporary};
+use crate::support::{Folder, grey, program, quad, small_room};
 
 fn room() -> Scene {
     let mut scene = small_room();
@@ -80,7 +80,7 @@ fn converging_keeps_the_models_figures() {
 fn only_some_methods_keep_their_work() {
     let (scene, config, run) = (room(), config(), Run::new(2).unwrap());
     let mut renderer = Renderer::new(&scene, &config, &run).unwrap();
-    let folder = temporary("door-kept");
+    let folder = Folder::new("door-kept");
     for method in Method::ALL {
         let file = folder.join(format!("{}.ply", method.name()));
         let kept = Kept { save: Some(file.clone()), ..Kept::default() };
@@ -97,7 +97,6 @@ fn only_some_methods_keep_their_work() {
             Err(other) => panic!("{other}"),
         }
     }
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 /// Where lengths follow the view, kept work brings its own: another view goes on from it.
@@ -109,7 +108,7 @@ fn kept_work_fits_another_view_outdoors() {
     let corners = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
     crate::support::quad(&mut ground, corners, 0);
     scene.meshes.push(ground);
-    let (config, run, folder) = (config(), Run::new(2).unwrap(), temporary("door-outdoors"));
+    let (config, run, folder) = (config(), Run::new(2).unwrap(), Folder::new("door-outdoors"));
     for method in [Method::Decomposition, Method::IrradianceCache] {
         let file = folder.join(format!("{}.ply", method.name()));
         let mut first = Renderer::new(&scene, &config, &run).unwrap();
@@ -124,12 +123,11 @@ fn kept_work_fits_another_view_outdoors() {
         second.render_keeping(method, &Kept { load: Some(file), ..Kept::default() }).unwrap();
         assert_eq!(second.world().around.extent, first.world().around.extent);
     }
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
 fn the_command_line_renders_the_same_bits() {
-    let folder = temporary("door-cli");
+    let folder = Folder::new("door-cli");
     let out = folder.join("a.exr");
     let file = "scenes/lit-sheet/lit-sheet.toml";
     let done = program(&[
@@ -152,7 +150,6 @@ fn the_command_line_renders_the_same_bits() {
     let theirs = nearfar::film::read_exr(&out).unwrap();
     assert_eq!(ours.film.channels, theirs.channels);
     assert_eq!(ours.film.header["nearfar.settings"], theirs.header["nearfar.settings"]);
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 /// A floor under a constant sky with a lamp: both parts have closed forms.

@@ -1,23 +1,17 @@
 //! `nearfar report`: the page of a folder, looked at by a browser.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nearfar::film::{Film, Precision, write_exr};
 use nearfar::page::report::page;
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 
+use crate::support::Folder;
 use crate::support::browser::Page;
 
 const WIDTH: u32 = 32;
 const HEIGHT: u32 = 20;
-
-fn folder(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("nearfar-report-{}-{name}", std::process::id()));
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
 
 /// A ramp with a value of its own in every pixel, `gain` times.
 fn ramp(gain: f32, width: u32) -> Film {
@@ -45,8 +39,8 @@ fn put(dir: &Path, name: &str, film: &Film, method: &str, cpu_seconds: f64) {
 
 /// A section `room` with a truth of two halves that differ by 2 % of it, a picture 10 % too bright,
 /// and a black one.
-fn room(name: &str) -> PathBuf {
-    let dir = folder(name);
+fn room(name: &str) -> Folder {
+    let dir = Folder::new(&format!("report-{name}"));
     let mut truth = ramp(1.0, WIDTH);
     for (half, gain) in [("half0", 1.01), ("half1", 0.99)] {
         truth.set_rgb(half, &ramp(gain, WIDTH).rgb("").unwrap());
@@ -92,12 +86,11 @@ fn figures_are_those_of_compare() {
     // 0.01²) of our error; 100 s against 2 s.
     let monte_carlo = section["ratio"]["monte_carlo_over_ours"].as_f64().unwrap();
     assert!((monte_carlo - 50.0 * 1e-4 / (0.01 - 1e-4)).abs() < 2e-3, "{monte_carlo}");
-    std::fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
 fn what_is_wrong_is_named() {
-    let dir = folder("wrong");
+    let dir = Folder::new("report-wrong");
     let message = html(&dir).unwrap_err().to_string();
     assert!(message.contains("no EXR pictures"), "{message}");
     let dir = room("wrong-names");
@@ -127,7 +120,6 @@ fn what_is_wrong_is_named() {
     std::fs::write(dir.join("room/bright.json"), "{\n oops").unwrap();
     let message = html(&dir).unwrap_err().to_string();
     assert!(message.contains("bright.json:2"), "{message}");
-    std::fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]
@@ -138,7 +130,6 @@ fn text_of_the_user_cannot_end_the_page() {
     let (html, _) = html(&dir).unwrap();
     assert_eq!(data(&html)["text"], "</script>");
     assert!(html.contains("<title>&lt;/script&gt;&lt;b&gt;</title>"));
-    std::fs::remove_dir_all(dir).unwrap();
 }
 
 fn open(dir: &Path, width: u32, height: u32) -> Option<Page> {
@@ -254,5 +245,4 @@ fn divider_zoom_and_values_in_a_browser() {
     );
     narrow.screenshot("report-narrow");
     narrow.assert_quiet();
-    std::fs::remove_dir_all(dir).unwrap();
 }

@@ -1,6 +1,5 @@
 //! What is kept between renders: files of the decomposition, other cameras, camera paths.
 
-use std::path::PathBuf;
 use std::process::Command;
 
 use glam::Vec3;
@@ -22,7 +21,7 @@ use nearfar::run::Run;
 use nearfar::scene::{Camera, Fingerprint, Light, Mesh, Scene, Sides};
 use nearfar::shading::{DirectSettings, World};
 
-use crate::support::{backends, cuboid, small_room, world};
+use crate::support::{Folder, backends, cuboid, small_room, world};
 
 struct Settings {
     decompose: DecomposeSettings,
@@ -61,24 +60,6 @@ impl Settings {
     }
 }
 
-struct Folder(PathBuf);
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder =
-            std::env::temp_dir().join(format!("nearfar-reuse-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
-    }
-    fn at(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-}
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 /// Bits of every layer but `location`, which marks only what was made for this camera.
 fn bits(film: &Film) -> Vec<(String, Vec<u32>)> {
     let layers = film.channels.iter().filter(|(k, _)| *k != "location");
@@ -95,15 +76,15 @@ fn aside(camera: &Camera) -> Camera {
 
 #[test]
 fn what_is_loaded_is_what_was_saved_and_gives_the_same_picture() {
-    let (folder, s, run) = (Folder::new("reload"), Settings::new(), Run::new(2).unwrap());
+    let (folder, s, run) = (Folder::new("reuse-reload"), Settings::new(), Run::new(2).unwrap());
     for backend in backends() {
         let scene = small_room();
         let w = world(&scene, backend);
         let inputs = s.inputs(&w);
         let first = prepare(&w, &s.decompose, inputs, &run).unwrap();
-        let (file, key) = (folder.at("room.ply"), s.key(&scene, &w));
+        let (file, key) = (folder.join("room.ply"), s.key(&scene, &w));
         save(&file, &key, &Known::new(&first), &inputs, &s.decompose).unwrap();
-        assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 1, "nothing beside the file");
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "nothing beside the file");
         let known = load(&file, &key, &inputs, &s.decompose).unwrap();
         assert!(known == Known::new(&first));
         let again = resume(&w, &s.decompose, inputs, known, &run).unwrap();
@@ -210,10 +191,10 @@ fn a_room_never_seen_is_gathered_then() {
 
 #[test]
 fn stale_and_broken_files_are_refused_with_the_reason() {
-    let (folder, s, run) = (Folder::new("refuse"), Settings::new(), Run::new(2).unwrap());
+    let (folder, s, run) = (Folder::new("reuse-refuse"), Settings::new(), Run::new(2).unwrap());
     let scene = small_room();
     let w = world(&scene, Backend::Bvh);
-    let file = folder.at("room.ply");
+    let file = folder.join("room.ply");
     let own = s.key(&scene, &w);
     let prepared = prepare(&w, &s.decompose, s.inputs(&w), &run).unwrap();
     let known = Known::new(&prepared);
@@ -334,8 +315,8 @@ const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cor
 
 #[test]
 fn fly_as_a_user_types_it() {
-    let folder = Folder::new("fly");
-    let at = |name: &str| folder.at(name).display().to_string();
+    let folder = Folder::new("reuse-fly");
+    let at = |name: &str| folder.at(name);
     let (path, film, stats) = (at("path.toml"), at("film"), at("fly.json"));
     let camera = nearfar::load::load(SCENE.as_ref(), &[]).unwrap().scene.camera;
     let key = |shift: f32| {
@@ -363,12 +344,12 @@ fn fly_as_a_user_types_it() {
     assert_eq!(code, 0, "{err}");
     assert!(out.contains("temporal variance"), "{out}");
     for i in 1..=3 {
-        let frame = read_exr(&folder.at(&format!("film/frame_{i:04}.exr"))).unwrap();
+        let frame = read_exr(&folder.join(format!("film/frame_{i:04}.exr"))).unwrap();
         assert!(
             (frame.width, frame.height) == (24, 24)
                 && frame.header["nearfar.settings"].contains("near_noise = \"world\"")
         );
-        assert!(folder.at(&format!("film/frame_{i:04}.png")).is_file());
+        assert!(folder.join(format!("film/frame_{i:04}.png")).is_file());
     }
     let stats: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
@@ -386,7 +367,7 @@ fn fly_as_a_user_types_it() {
     let film_of = |arguments: &[&str]| {
         let (code, _, err) = fly(&[&["--path", &path, "--frames", "3", "-q"], arguments].concat());
         assert_eq!((code, err.as_str()), (0, ""));
-        [1, 2, 3].map(|i| bits(&read_exr(&folder.at(&format!("film/frame_{i:04}.exr"))).unwrap()))
+        [1, 2, 3].map(|i| bits(&read_exr(&folder.join(format!("film/frame_{i:04}.exr"))).unwrap()))
     };
     let first = film_of(&["--save-cache", &kept]);
     assert!(first == film_of(&["--load-cache", &kept]));
@@ -396,7 +377,7 @@ fn fly_as_a_user_types_it() {
     let (code, _, err) = fly(&["--to-eye", &eye, "--frames", "2", "-q"]);
     assert_eq!((code, err.as_str()), (0, ""));
     let frames =
-        [1, 2].map(|i| bits(&read_exr(&folder.at(&format!("film/frame_{i:04}.exr"))).unwrap()));
+        [1, 2].map(|i| bits(&read_exr(&folder.join(format!("film/frame_{i:04}.exr"))).unwrap()));
     assert!(frames[0] == frames[1]);
     for (arguments, expected) in [
         (&["--frames", "2"][..], "give --path FILE.toml, or --to-eye"),
@@ -416,8 +397,8 @@ fn fly_as_a_user_types_it() {
 
 #[test]
 fn caches_as_a_user_types_them() {
-    let folder = Folder::new("cli");
-    let at = |name: &str| folder.at(name).display().to_string();
+    let folder = Folder::new("reuse-cli");
+    let at = |name: &str| folder.at(name);
     let (cache, a, b, stats) = (at("c.ply"), at("a.exr"), at("b.exr"), at("s.json"));
     let common = ["--size", "24x24", "--spp", "2", "--set", "proxy.photons=5000", "-q"];
     let run = |arguments: &[&str]| nearfar(&[&["render", SCENE], &common[..], arguments].concat());

@@ -5,6 +5,8 @@ use std::process::Command;
 
 use nearfar::film::read_exr;
 
+use crate::support::Folder;
+
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/cornell-box.toml");
 
 /// Exit code, standard output, standard error.
@@ -12,26 +14,6 @@ fn nearfar(arguments: &[&str]) -> (i32, String, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_nearfar")).args(arguments).output().unwrap();
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
-}
-
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder =
-            std::env::temp_dir().join(format!("nearfar-settings-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
-    }
-    fn at(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
 }
 
 #[test]
@@ -77,7 +59,7 @@ fn settings_are_looked_up() {
 
 #[test]
 fn every_command_checks_its_settings() {
-    let folder = Folder::new("check");
+    let folder = Folder::new("settings-check");
     let out = folder.at("o.exr");
     for arguments in [
         &["info", SCENE][..],
@@ -93,14 +75,14 @@ fn every_command_checks_its_settings() {
         let (code, _, err) = with("direct.light_samples=0");
         assert!(code == 2 && err.contains("setting \"direct.light_samples\": 0 is not"), "{err}");
     }
-    assert!(std::fs::read_dir(&folder.0).unwrap().next().is_none());
+    assert!(std::fs::read_dir(&folder).unwrap().next().is_none());
 }
 
 /// Noise that stays on surfaces is a film's default; a scene file or the command line may want
 /// another.
 #[test]
 fn a_film_keeps_the_near_noise_that_is_set() {
-    let folder = Folder::new("fly");
+    let folder = Folder::new("settings-fly");
     let scene = folder.at("scene.toml");
     let text = std::fs::read_to_string(SCENE).unwrap();
     let here = PathBuf::from(SCENE).parent().unwrap().display().to_string();
@@ -131,7 +113,7 @@ fn a_film_keeps_the_near_noise_that_is_set() {
         ];
         let (code, _, err) = nearfar(&[&common[..], extra].concat());
         assert_eq!((code, err.as_str()), (0, ""));
-        let header = read_exr(&folder.0.join("film/frame_0001.exr")).unwrap().header;
+        let header = read_exr(&folder.join("film/frame_0001.exr")).unwrap().header;
         let line = header["nearfar.settings"].lines().find(|l| l.starts_with("near_noise"));
         line.map(str::to_owned)
     };
@@ -144,7 +126,7 @@ fn a_film_keeps_the_near_noise_that_is_set() {
 
 #[test]
 fn a_wrong_setting_of_a_scene_file_is_told_with_its_line() {
-    let folder = Folder::new("lines");
+    let folder = Folder::new("settings-lines");
     let scene = folder.at("scene.toml");
     let write = |settings: &str| {
         let mesh = SCENE.replace(".toml", ".obj");

@@ -8,13 +8,8 @@ use nearfar::page::viewer::{Table, write_page};
 use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 
+use crate::support::Folder;
 use crate::support::browser::Page;
-
-fn folder(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("nearfar-show-{}-{name}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
 
 fn show(ply: &Path) -> PathBuf {
     let html = ply.with_extension("html");
@@ -55,8 +50,8 @@ const COLOURS: [[f32; 3]; 9] = [
     [0.1, 0.5, 0.0],
 ];
 
-fn nine(name: &str) -> (PathBuf, PathBuf) {
-    let folder = folder(name);
+fn nine(name: &str) -> (Folder, PathBuf) {
+    let folder = Folder::new(&format!("show-{name}"));
     let ply = folder.join("nine.ply");
     write_cloud(&ply, &grid(3, |i| Rgb::from_array(COLOURS[i])), &["</script> & comment".into()])
         .unwrap();
@@ -114,7 +109,7 @@ fn picked(page: &mut Page) -> serde_json::Value {
 
 #[test]
 fn discs_have_their_places_colours_and_values() {
-    let (folder, html) = nine("nine");
+    let (_folder, html) = nine("nine");
     let Some(mut page) = open(&html, 1400, 900) else { return };
     page.assert_quiet();
     assert_eq!(page.evaluate("document.querySelector('h1').textContent"), "a & b <cloud>");
@@ -164,12 +159,11 @@ fn discs_have_their_places_colours_and_values() {
     page.click([3.0, 3.0]);
     assert_eq!(picked(&mut page), serde_json::json!({}));
     page.assert_quiet();
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
 fn controls_change_the_picture() {
-    let (folder, html) = nine("controls");
+    let (_folder, html) = nine("controls");
     let Some(mut page) = open(&html, 800, 600) else { return };
     // The drawing alone: texts beside it change with every control.
     let mut last = None;
@@ -223,12 +217,11 @@ fn controls_change_the_picture() {
     page.touch("touchEnd", &[]);
     changed(&mut page, "pinch");
     page.assert_quiet();
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
 fn a_phone_shows_it_too() {
-    let (folder, html) = nine("phone");
+    let (_folder, html) = nine("phone");
     let Some(mut page) = open(&html, 400, 800) else { return };
     page.screenshot("phone");
     assert_eq!(page.evaluate("document.documentElement.scrollWidth"), 400);
@@ -241,12 +234,11 @@ fn a_phone_shows_it_too() {
     page.touch("touchEnd", &[]);
     page.wait_for("document.getElementById('picked-title').textContent.startsWith('Element')");
     page.assert_quiet();
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
 fn points_without_normals_and_other_types_are_shown() {
-    let folder = folder("types");
+    let folder = Folder::new("show-types");
     let ply = folder.join("types.ply");
     let mut bytes = b"ply\nformat binary_little_endian 1.0\ncomment types\nelement vertex \
                       2\nproperty double x\nproperty float y\nproperty float z\nproperty uint \
@@ -275,13 +267,12 @@ fn points_without_normals_and_other_types_are_shown() {
     );
     choose(&mut page, "bad");
     page.assert_quiet();
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
 #[ignore = "slow: a million discs by software WebGL, half a minute on an idle machine"]
 fn a_million_discs() {
-    let folder = folder("million");
+    let folder = Folder::new("show-million");
     let ply = folder.join("million.ply");
     write_cloud(
         &ply,
@@ -302,12 +293,11 @@ fn a_million_discs() {
     let ground = shot.get_pixel(5, 5);
     assert!(shot.pixels().filter(|p| *p != ground).count() > 200_000);
     page.assert_quiet();
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
 fn files_that_cannot_be_shown_are_refused() {
-    let folder = folder("refused");
+    let folder = Folder::new("show-refused");
     let ply = folder.join("bad.ply");
     let error = |text: &str| {
         std::fs::write(&ply, text).unwrap();
@@ -327,5 +317,4 @@ fn files_that_cannot_be_shown_are_refused() {
             .starts_with(": is cut short")
     );
     assert_eq!(error("solid\n"), ":1: is not a PLY file");
-    std::fs::remove_dir_all(folder).unwrap();
 }

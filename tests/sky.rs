@@ -15,6 +15,8 @@ use nearfar::sampling::{Rng, Stream};
 use nearfar::scene::{Environment, Light, Material, Mesh, Scene};
 use nearfar::shading::{World, direct_irradiance};
 
+use crate::support::Folder;
+
 const WIDTH: usize = 128;
 const HEIGHT: usize = 64;
 const SUN: (f32, f32) = (38.0, -50.0);
@@ -229,8 +231,7 @@ fn the_shipped_map_is_that_of_the_formula() {
 
 #[test]
 fn path_tracing_and_the_split_agree_for_any_method() {
-    let folder = std::env::temp_dir().join(format!("nearfar-sky-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = Folder::new("sky-methods");
     let scene = shipped("sky-plaza.toml");
     let render = |method: &str, more: &[&str]| {
         let out = folder.join(format!("{method}.exr"));
@@ -259,13 +260,11 @@ fn path_tracing_and_the_split_agree_for_any_method() {
             assert!((a / b - 1.0).abs() < 0.03, "{method} direct: {a} {b}");
         }
     }
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
 fn wrong_maps_are_refused_with_line_and_fix() {
-    let folder = std::env::temp_dir().join(format!("nearfar-badsky-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = Folder::new("sky-wrong");
     std::fs::write(folder.join("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let exr = |name: &str, width: u32, height: u32, value: f32| {
         let mut film = nearfar::film::Film::new(width, height);
@@ -307,5 +306,4 @@ fn wrong_maps_are_refused_with_line_and_fix() {
         let message = read(file, more).unwrap_err().to_string();
         assert!(message.contains("s.toml:") && message.contains(expected), "{file}: {message}");
     }
-    std::fs::remove_dir_all(&folder).unwrap();
 }

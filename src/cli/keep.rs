@@ -1,9 +1,11 @@
-//! Progressive pictures that can be stopped: the partial picture beside the finished one.
+//! Jobs that can be stopped: what is done so far, beside the finished file.
 //!
-//! While `NAME.exr` is made, `NAME.partial.exr` holds what is done so far, with its running sums:
-//! it is written now and then, and when Ctrl-C stops the render (then with `NAME.partial.json` and
-//! `NAME.partial.png` where statistics and a PNG were asked for). It goes when the finished picture
-//! is there. An earlier `NAME.exr` stays until then.
+//! While `NAME.exr` is made, `NAME.partial.exr` holds what is done so far: of path tracing and
+//! converging pictures a picture with its running sums, of others the blocks that are made. It is
+//! written now and then, and when Ctrl-C stops the job (a picture then with `NAME.partial.json` and
+//! `NAME.partial.png` where statistics and a PNG were asked for). It goes when the finished file is
+//! there. An earlier `NAME.exr` stays until then. Of a cloud `NAME.ply` it is `NAME.partial.exr`
+//! too.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -21,14 +23,14 @@ use crate::render::{Checkpoint, Kept, Rendered};
 /// Seconds between two partial pictures.
 const EVERY: f64 = 60.0;
 
-/// Options of pictures that are never quite done.
+/// Options of jobs that can be gone on with.
 #[derive(Debug, Args)]
 pub(super) struct KeepOptions {
-    /// Keep what is done so far, as NAME.partial.exr beside the picture, whenever this time has
+    /// Keep what is done so far, as NAME.partial.exr beside the output, whenever this time has
     /// passed: seconds, or 90s, 1.5m, 2h. Default 60.
     #[arg(long, value_name = "TIME", value_parser = parse_seconds)]
     checkpoint: Option<f64>,
-    /// Go on from a partial picture, or from a finished one with its running sums, as if its render
+    /// Go on from a partial file, or from a finished picture with its running sums, as if the job
     /// had never stopped. Without a name: from NAME.partial.exr or NAME.exr, or from the beginning
     /// where neither can be gone on from.
     #[arg(long, value_name = "FILE.exr", num_args = 0..=1)]
@@ -39,6 +41,23 @@ pub(super) struct KeepOptions {
 pub(super) fn partial(path: &Path) -> PathBuf {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     path.with_extension(format!("partial.{extension}"))
+}
+
+/// Where what is made so far of a file is kept.
+fn partial_job(path: &Path) -> PathBuf {
+    path.with_extension("partial.exr")
+}
+
+fn kept_in(file: &Path) -> Error {
+    Error::Stopped(format!(
+        "what is done is in {}; the same command with --resume goes on from there",
+        file.display()
+    ))
+}
+
+/// Removes what was kept of a file that is finished.
+pub(super) fn forget_job(output: &Path) {
+    drop(std::fs::remove_file(partial_job(output)));
 }
 
 /// Removes what was kept of a picture that is finished.
@@ -52,19 +71,13 @@ pub(super) fn forget(output: &OutputOptions) {
 }
 
 impl KeepOptions {
-    /// The option that was given, if any.
-    pub(super) fn given(&self) -> Option<&'static str> {
-        let resume = self.resume.is_some().then_some("--resume");
-        resume.or(self.checkpoint.is_some().then_some("--checkpoint"))
-    }
-
     /// Where the render goes on from, and where it keeps what it has.
     ///
     /// # Errors
     /// [`Error::Input`] when a partial picture cannot be written; [`Error::Image`] for a file to go
     /// on from that is missing.
-    pub(super) fn begin(&self, output: &OutputOptions, quiet: bool) -> Result<Kept> {
-        let file = partial(&output.output);
+    pub(super) fn begin(&self, output: &Path, quiet: bool) -> Result<Kept> {
+        let file = partial_job(output);
         atomic_file::check(&file)?;
         let sums = |path: &Path| film::read_header(path).map(|h| h.contains_key(SUMS_OF));
         let resume = match &self.resume {
@@ -73,8 +86,8 @@ impl KeepOptions {
                 Some(named.clone())
             }
             Some(None) if file.exists() => Some(file.clone()),
-            Some(None) if output.output.exists() => {
-                sums(&output.output)?.then(|| output.output.clone())
+            Some(None) if output.exists() && file == partial(output) => {
+                sums(output)?.then(|| output.to_path_buf())
             }
             Some(None) => None,
             None => {
@@ -92,6 +105,15 @@ impl KeepOptions {
             Duration::try_from_secs_f64(self.checkpoint.unwrap_or(EVERY)).unwrap_or(Duration::MAX);
         let checkpoint = Some(Checkpoint { file, every });
         Ok(Kept { resume, checkpoint, ..Kept::default() })
+    }
+
+    /// What is said of a job that an error ended; one that was interrupted has kept what it made.
+    pub(super) fn told(&self, error: Error, output: &Path) -> Error {
+        let file = partial_job(output);
+        match error {
+            Error::Interrupted if file.exists() => kept_in(&file),
+            other => other,
+        }
     }
 
     /// Keeps a picture that was interrupted, and says so.
@@ -114,10 +136,7 @@ impl KeepOptions {
         statistics.refresh(&job.run);
         let told = output.stats.as_deref().map_or(Ok(()), |s| write_json(&partial(s), &statistics));
         match kept.and(told) {
-            Ok(()) => Error::Stopped(format!(
-                "what is done is in {}; the same command with --resume goes on from there",
-                file.display()
-            )),
+            Ok(()) => kept_in(&file),
             Err(error) => error,
         }
     }
@@ -130,6 +149,8 @@ mod tests {
     #[test]
     fn partial_files_stand_beside_finished_ones() {
         assert_eq!(partial(Path::new("a/b.exr")), Path::new("a/b.partial.exr"));
+        assert_eq!(partial_job(Path::new("a/b.ply")), Path::new("a/b.partial.exr"));
+        assert_eq!(partial_job(Path::new("a/b-0.5.exr")), Path::new("a/b-0.5.partial.exr"));
         assert_eq!(partial(Path::new("alpha-0.5.exr")), Path::new("alpha-0.5.partial.exr"));
     }
 }

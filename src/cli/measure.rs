@@ -25,6 +25,7 @@ use super::options::{Job, SceneOptions};
 use crate::atomic_file;
 use crate::config::{self, RenderConfig};
 use crate::error::{Error, Result};
+use crate::input_file;
 use crate::method::Method;
 use crate::process::children_cpu_seconds;
 use crate::scene::Fingerprint;
@@ -165,7 +166,7 @@ impl Workshop {
 
     /// What is known of a configuration; nothing when it was not rendered yet.
     pub(super) fn known(&self, configuration: &Configuration) -> Option<Measured> {
-        let text = std::fs::read_to_string(self.file(configuration, "json"))
+        let text = input_file::read_text(&self.file(configuration, "json"))
             .ok()
             .filter(|_| self.image(configuration).is_file())?;
         serde_json::from_str(&text).ok()

@@ -20,6 +20,7 @@ mod gallery;
 mod info;
 mod keep;
 mod measure;
+mod merge;
 mod methods;
 mod options;
 mod picture;
@@ -60,6 +61,8 @@ enum Command {
     Fly(fly::FlyArgs),
     /// Path trace the ground truth: unbiased, resumable, with two independent half images.
     Reference(render::ReferenceArgs),
+    /// Add the samples of ground truths of one scene that differ by their seeds alone.
+    Merge(merge::MergeArgs),
     /// Compare an image with a reference: relMSE, bias, MSE, MAE, FLIP.
     Compare(compare::CompareArgs),
     /// Turn layers of images into a PNG, side by side.
@@ -128,6 +131,7 @@ pub fn run() -> ExitCode {
         Command::Render(args) => render::render(&args, &cancel),
         Command::Fly(args) => fly::fly(&args, &cancel),
         Command::Reference(args) => render::reference(&args, &cancel),
+        Command::Merge(args) => merge::merge(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Show(args) => show::show(&args),
         Command::Bench(args) => bench::bench(&args, &cancel),

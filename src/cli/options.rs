@@ -7,16 +7,17 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use clap::Args;
-use std::io::IsTerminal;
 use toml::Value;
 
-use super::progress::Bar;
-use super::{parse_size, tell};
+use super::progress::Progress;
+use super::{parse_seconds, parse_size, tell};
 use crate::accel::Backend;
 use crate::config::{self, Quality, RenderConfig};
 use crate::error::{Error, Result};
+use crate::forecast::Part;
 use crate::load::{Loaded, load};
 use crate::memory;
+use crate::render::Expected;
 use crate::run::Run;
 use crate::scene::Scene;
 
@@ -49,6 +50,17 @@ pub(super) struct SceneOptions {
     /// Only errors.
     #[arg(short, long, conflicts_with = "verbose")]
     pub(super) quiet: bool,
+    /// Tell how far it is, how long it still takes and which phase runs, as a line on standard
+    /// error whenever this time has passed. Default: a bar, where there is a terminal.
+    #[arg(
+        long,
+        value_name = "TIME",
+        value_parser = parse_seconds,
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "1"
+    )]
+    pub(super) progress: Option<f64>,
     /// The seconds of every phase.
     #[arg(short, long)]
     pub(super) verbose: bool,
@@ -67,6 +79,14 @@ pub(super) struct Job {
     pub(super) verbose: bool,
 }
 
+impl Job {
+    /// Tells the phases to come: the building of the world, and those of what is made of it.
+    pub(super) fn plan(&self, of: impl FnOnce(&Expected<'_>) -> Vec<Part>) {
+        let expected = Expected::new(&self.scene, &self.config, self.run.threads(), false);
+        self.run.plan(&[expected.build(), of(&expected)].concat());
+    }
+}
+
 impl SceneOptions {
     /// Loads the scene, merges `extra` (dotted key, value) over the settings, and starts the
     /// threads.
@@ -83,7 +103,7 @@ impl SceneOptions {
         // A limit that no clock can tell is none.
         let limit = time_limit.and_then(|s| Duration::try_from_secs_f64(s).ok());
         run.deadline = limit.and_then(|limit| run.started.checked_add(limit));
-        run = with_bar(run, self.quiet, cancel);
+        run = with_bar(run, self.quiet, self.progress, cancel);
         let phase = run.phase("load", 1);
         let Loaded { scene, mut settings, notes, warnings, setting_lines } = self.read()?;
         drop(phase);
@@ -142,30 +162,9 @@ impl SceneOptions {
     }
 }
 
-/// The run with a progress bar where there is a terminal to show it, and with Ctrl-C.
-pub(super) fn with_bar(run: Run, quiet: bool, cancel: &Arc<AtomicBool>) -> Run {
-    let reporter: Box<dyn crate::run::Reporter> = if !quiet && std::io::stderr().is_terminal() {
-        Box::new(Bar::default())
-    } else {
-        Box::new(NoBar { quiet })
-    };
-    run.with_reporter(reporter, Arc::clone(cancel))
-}
-
-/// Warnings, but no bar.
-#[derive(Debug)]
-struct NoBar {
-    quiet: bool,
-}
-impl crate::run::Reporter for NoBar {
-    fn begin(&self, _: &str, _: u64) {}
-    fn advance(&self, _: u64) {}
-    fn end(&self) {}
-    fn warn(&self, text: &str) {
-        if !self.quiet {
-            eprintln!("warning: {text}");
-        }
-    }
+/// The run with progress shown where it can be, and with Ctrl-C; `lines`: seconds between two.
+pub(super) fn with_bar(run: Run, quiet: bool, lines: Option<f64>, cancel: &Arc<AtomicBool>) -> Run {
+    run.with_reporter(Box::new(Progress::new(quiet, lines)), Arc::clone(cancel))
 }
 
 /// The name of a choice, as written on the command line.

@@ -89,7 +89,7 @@ impl ImageOptions {
 
     /// Keeps the beauty, the running sums and the named layers; warns of layers that this picture
     /// does not have.
-    fn keep(&self, film: &mut Film, run: &Run) {
+    pub(super) fn keep(&self, film: &mut Film, run: &Run) {
         if self.aov.is_empty() {
             return;
         }

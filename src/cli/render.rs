@@ -20,7 +20,7 @@ use crate::error::{Error, Result};
 use crate::film::{self, Film};
 use crate::method::locations::Locations;
 use crate::method::{Method, photon_map};
-use crate::render::{Kept, Rendered, Renderer, Statistics};
+use crate::render::{Rendered, Renderer, Statistics};
 use crate::sampling::ENDLESS;
 
 /// Options of `nearfar render`.
@@ -151,11 +151,6 @@ impl RenderArgs {
                           (nearfar reference converges by itself)";
             return refuse("--converge", others);
         }
-        if let Some(option) = self.keep.given().filter(|_| !self.is_progressive()) {
-            let progressive = "--method path, --converge or nearfar reference: they alone have \
-                               something to go on from before they are done";
-            return refuse(option, progressive);
-        }
         if self.photons.is_some() && self.method != Some(Method::PhotonMap) {
             return refuse("--photons", "--method photon-map");
         }
@@ -172,11 +167,7 @@ impl RenderArgs {
 pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     args.output.check()?;
     args.check()?;
-    let mut kept = if args.is_progressive() {
-        args.keep.begin(&args.output, args.scene.quiet)?
-    } else {
-        Kept::default()
-    };
+    let mut kept = args.keep.begin(&args.output.output, args.scene.quiet)?;
     (kept.load, kept.save) = (args.load_cache.clone(), args.save_cache.clone());
     let mut job = args.scene.prepare(&args.settings(), args.output.time_limit, cancel)?;
     if !args.is_progressive() && args.method().is_none_or(Method::has_rays_of_pixels) {
@@ -186,12 +177,12 @@ pub(super) fn render(args: &RenderArgs, cancel: &Arc<AtomicBool>) -> Result<()> 
         let method = args.method().map_or("gather", Method::name);
         job.run.warn(format!("--time-limit: method {method} cannot be stopped before it is done"));
     }
+    job.plan(|expected| expected.picture(args.method().unwrap_or(Method::Gather), 0));
     let mut renderer = Renderer::new(&job.scene, &job.config, &job.run)?;
-    if args.is_progressive() {
-        stop::keeps();
-    }
+    stop::keeps();
     let method = args.method().unwrap_or_else(|| Method::of_pictures(renderer.denoises()));
-    let rendered = renderer.render_keeping(method, &kept)?;
+    let rendered = renderer.render_keeping(method, &kept);
+    let rendered = rendered.map_err(|error| args.keep.told(error, &args.output.output))?;
     if job.run.cancelled() {
         return Err(args.keep.stopped(&args.output, &job, rendered));
     }
@@ -223,8 +214,9 @@ pub(super) fn reference(args: &ReferenceArgs, cancel: &Arc<AtomicBool>) -> Resul
     if let Some(error) = args.target_error {
         settings.push(("path.target_error", Value::Float(error)));
     }
-    let kept = args.keep.begin(&args.output, args.scene.quiet)?;
+    let kept = args.keep.begin(&args.output.output, args.scene.quiet)?;
     let job = args.scene.prepare(&settings, args.output.time_limit, cancel)?;
+    job.plan(|expected| expected.picture(Method::Path, 0));
     let renderer = Renderer::new(&job.scene, &job.config, &job.run)?;
     stop::keeps();
     let rendered = renderer.reference(&kept, !args.no_state)?;

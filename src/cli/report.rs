@@ -33,7 +33,7 @@ pub(super) struct ReportArgs {
 pub(super) fn write(args: &ReportArgs, cancel: &Arc<AtomicBool>) -> Result<()> {
     let output = args.output.clone().unwrap_or_else(|| args.dir.join("index.html"));
     atomic_file::check(&output)?;
-    let run = with_bar(Run::new(0)?, args.quiet, cancel);
+    let run = with_bar(Run::new(0)?, args.quiet, None, cancel);
     let html = page(&args.dir, &run)?;
     tell(false, &[], &run.warnings());
     atomic_file::write_bytes(&output, html)?;

@@ -109,10 +109,10 @@ impl Hierarchy {
     /// Sorts and sums. Call inside the thread pool.
     ///
     /// # Errors
-    /// [`Error::Render`] for clouds without elements or with more than 2³⁰.
+    /// [`Error::Usage`] for clouds without elements or with more than 2³⁰.
     pub fn new(cloud: &Cloud, sides: HitSides) -> Result<Self> {
         if cloud.is_empty() || cloud.len() > MAX_ELEMENTS {
-            return Err(Error::Render(format!(
+            return Err(Error::Usage(format!(
                 "a cloud of {} elements cannot be gathered from; \
                  between 1 and {MAX_ELEMENTS} are possible",
                 cloud.len()

@@ -17,7 +17,6 @@
 //! per element and side, and a gather per group, facing and bounce.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use super::plain_sum::mean_open;
 use super::{
@@ -25,6 +24,7 @@ use super::{
     RadiositySource, Receiver, dice, sum,
 };
 use crate::error::Result;
+use crate::journal::stored;
 use crate::math::offset_origin;
 use crate::proxy::{Landing, Need, Proxy, ProxyInputs};
 use crate::radiometry::{MAX_ALBEDO, Rgb};
@@ -52,6 +52,8 @@ struct Lit {
     albedo: Rgb,
     rays: u64,
 }
+
+stored!(Lit { direct, leaving, albedo, rays });
 
 /// Elements without light: positions, normals, areas; and the piece of each.
 ///
@@ -142,56 +144,43 @@ fn direct(
 ) -> Result<Vec<Lit>> {
     let phase = run.phase("direct", pieces.len() as u64);
     let masks = world.geometry.masks();
-    let lit: Vec<Lit> = run.install(|| {
-        pieces
-            .par_iter()
-            .enumerate()
-            .with_min_len(256)
-            .map(|(i, piece)| {
-                let mut lit = Lit::default();
-                if run.cancelled()
-                    || world.geometry.material(piece.triangle).albedo.max_element() <= 0.0
-                {
-                    return lit;
-                }
-                let sobol = Sobol::new(seed, Stream::Element, i as u64);
-                let mut count = 0;
-                for s in 0..samples {
-                    let b = piece.at(sobol.sample_2d(s, 0));
-                    if masks.as_ref().is_some_and(|m| !m.exists(piece.triangle, b.x, b.y)) {
-                        continue;
-                    }
-                    count += 1;
-                    let surface = world.geometry.surface(piece.triangle, b.x, b.y);
-                    lit.albedo += surface.albedo;
-                    for (side, sign) in [1.0, -1.0]
-                        .into_iter()
-                        .enumerate()
-                        .take(1 + usize::from(!cloud.one_sided[i]))
-                    {
-                        let pairs = 1 + 2 * side as u32;
-                        let mut sample =
-                            |_: u32| (sobol.sample_1d(s, pairs), sobol.sample_2d(s, pairs + 1));
-                        let at = [surface.p, surface.ng * sign, surface.ns * sign];
-                        let (e, rays) = direct_irradiance(world, at, None, 1, &mut sample);
-                        lit.direct[side] += e;
-                        lit.leaving[side] += e * surface.albedo;
-                        lit.rays += rays;
-                    }
-                }
-                let inverse = 1.0 / count.max(1) as f32;
-                lit.direct = lit.direct.map(|v| v * inverse);
-                lit.leaving = lit.leaving.map(|v| v * inverse);
-                lit.albedo = (lit.albedo * inverse).min(Rgb::splat(MAX_ALBEDO));
-                if i % 1024 == 0 {
-                    phase.advance(1024);
-                }
-                lit
-            })
-            .collect()
-    });
+    let one = |i: usize| {
+        let piece = &pieces[i];
+        let mut lit = Lit::default();
+        if run.cancelled() || world.geometry.material(piece.triangle).albedo.max_element() <= 0.0 {
+            return lit;
+        }
+        let sobol = Sobol::new(seed, Stream::Element, i as u64);
+        let mut count = 0;
+        for s in 0..samples {
+            let b = piece.at(sobol.sample_2d(s, 0));
+            if masks.as_ref().is_some_and(|m| !m.exists(piece.triangle, b.x, b.y)) {
+                continue;
+            }
+            count += 1;
+            let surface = world.geometry.surface(piece.triangle, b.x, b.y);
+            lit.albedo += surface.albedo;
+            for (side, sign) in
+                [1.0, -1.0].into_iter().enumerate().take(1 + usize::from(!cloud.one_sided[i]))
+            {
+                let pairs = 1 + 2 * side as u32;
+                let mut sample =
+                    |_: u32| (sobol.sample_1d(s, pairs), sobol.sample_2d(s, pairs + 1));
+                let at = [surface.p, surface.ng * sign, surface.ns * sign];
+                let (e, rays) = direct_irradiance(world, at, None, 1, &mut sample);
+                lit.direct[side] += e;
+                lit.leaving[side] += e * surface.albedo;
+                lit.rays += rays;
+            }
+        }
+        let inverse = 1.0 / count.max(1) as f32;
+        lit.direct = lit.direct.map(|v| v * inverse);
+        lit.leaving = lit.leaving.map(|v| v * inverse);
+        lit.albedo = (lit.albedo * inverse).min(Rgb::splat(MAX_ALBEDO));
+        lit
+    };
+    let lit = phase.blocks((pieces.len(), 256), (), |(), range| range.map(one).collect())?;
     run.rays.add(RayKind::Shadow, lit.iter().map(|l| l.rays).sum());
-    run.check()?;
     Ok(lit)
 }
 
@@ -220,6 +209,9 @@ fn bounces(
             .sum()
     };
     let mut change = 0.0;
+    if cloud.is_empty() {
+        return Ok(());
+    }
     for bounce in 0..settings.bounces {
         cloud.set(Cloud::RADIOSITY, leaving[0].clone());
         cloud.set(Cloud::RADIOSITY_BACK, leaving[1].clone());
@@ -397,32 +389,11 @@ pub fn gather_all(
     const BLOCK: usize = 256;
     let phase = run.phase(phase, receivers.len() as u64);
     let raster = settings.overlap == Overlap::Raster;
-    let blocks: Vec<Vec<Gathered>> = run.install(|| {
-        let first = Gather::new(tree, settings);
-        receivers
-            .par_chunks(BLOCK)
-            .map_with(first, |gather, chunk| {
-                if run.cancelled() {
-                    return Vec::new();
-                }
-                phase.advance(chunk.len() as u64);
-                chunk
-                    .iter()
-                    .map(|r| {
-                        under(
-                            sky,
-                            r,
-                            if raster {
-                                Ok(&mut *gather)
-                            } else {
-                                Err(sum(tree, settings, weights, r))
-                            },
-                        )
-                    })
-                    .collect()
-            })
-            .collect()
-    });
-    run.check()?;
-    Ok(blocks.concat())
+    phase.blocks((receivers.len(), BLOCK), Gather::new(tree, settings), |gather, range| {
+        let one = |r: &Receiver| {
+            let plain = || Err(sum(tree, settings, weights, r));
+            under(sky, r, if raster { Ok(&mut *gather) } else { plain() })
+        };
+        receivers[range].iter().map(one).collect()
+    })
 }

@@ -31,6 +31,7 @@
 
 use glam::{Vec2, Vec3};
 
+use crate::journal::stored;
 use crate::radiometry::Rgb;
 use crate::shading::Sky;
 
@@ -124,6 +125,8 @@ pub struct Gathered {
     /// Irradiance from a map of the sky through the open directions; zero without one.
     pub from_map: Rgb,
 }
+
+stored!(Gathered { occlusion, open, bent_normal, irradiance, distance, from_map });
 
 impl Gathered {
     /// Irradiance of the sky that it was gathered under.

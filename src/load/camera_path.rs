@@ -46,9 +46,7 @@ fn line_at(text: &str, at: usize) -> usize {
 /// # Errors
 /// [`Error::Io`]; [`Error::Input`] with the line of what is wrong.
 pub fn load_camera_path(file: &Path, camera: &Camera, origin: DVec3) -> Result<CameraPath> {
-    let text = String::from_utf8(input_file::read(file)?)
-        .map_err(|_| Error::input(file, None, "is not UTF-8 text; save it as UTF-8"))?;
-    parse(file, &text, camera, origin)
+    parse(file, &input_file::read_text(file)?, camera, origin)
 }
 
 fn parse(file: &Path, text: &str, camera: &Camera, origin: DVec3) -> Result<CameraPath> {

@@ -76,17 +76,12 @@ pub fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded> {
             ));
         }
     };
-    let read = || {
-        let bytes = input_file::read(path)?;
-        String::from_utf8(bytes)
-            .map_err(|_| Error::input(path, None, "is not UTF-8 text; save it as UTF-8"))
-    };
     let (text, from) = if bare {
         let name =
             path.file_name().map(|n| n.to_string_lossy().replace('$', "$$")).unwrap_or_default();
         (format!("[[mesh]]\nfile = {}\n", toml::Value::String(name)), String::new())
     } else {
-        let text = read()?;
+        let text = input_file::read_text(path)?;
         (text.clone(), text)
     };
     if bare {

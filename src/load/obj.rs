@@ -21,7 +21,7 @@ use super::mtl::{MtlMaterial, read_mtl};
 use super::obj_fault::find_fault;
 use super::obj_text::{UNNAMED, decode, joined, name, plain};
 use super::origin::origin_of;
-use super::polygon::triangulate;
+use super::polygon::Cutter;
 use crate::error::{Error, Result};
 use crate::input_file;
 use crate::scene::Mesh;
@@ -152,6 +152,10 @@ pub fn read_groups(path: &Path, single_index: bool, warnings: &mut Vec<String>) 
             "has more vertices than 32-bit indices can count; split it into several meshes",
         ));
     }
+    if models.iter().all(|m| m.mesh.indices.is_empty()) {
+        let message = "holds no faces; export it again, or take it out of the scene";
+        return Err(Error::input(path, None, message));
+    }
     let vertices = models.iter().flat_map(|m| m.mesh.positions.chunks_exact(3));
     let origin =
         origin_of(count, vertices, DVec3::from_slice).map_err(|m| Error::input(path, None, m))?;
@@ -169,9 +173,13 @@ pub fn read_obj(path: &Path, warnings: &mut Vec<String>) -> Result<Obj> {
         origin,
         materials,
     };
-    let mut without_material = 0;
+    let (mut without_material, mut cutter) = (0, Cutter::default());
     for model in models {
-        without_material += append(&mut obj, &model);
+        let added = append(&mut obj, &model, &mut cutter);
+        without_material += added.ok_or_else(|| {
+            let message = "has polygons of very many corners that are not convex; triangulate it";
+            Error::input(path, None, message)
+        })?;
     }
     if without_material > 0 {
         let why = format!(
@@ -279,8 +287,9 @@ fn collect_materials(
     Ok(materials)
 }
 
-/// Adds a group; returns how many of its triangles have no material.
-fn append(obj: &mut Obj, model: &tobj::Model) -> usize {
+/// Adds a group; returns how many of its triangles have no material. None when its polygons have
+/// more corners than can be cut.
+fn append(obj: &mut Obj, model: &tobj::Model, cutter: &mut Cutter) -> Option<usize> {
     let (m, mesh) = (&model.mesh, &mut obj.mesh);
     let base = mesh.positions.len();
     let count = m.positions.len() / 3;
@@ -312,15 +321,15 @@ fn append(obj: &mut Obj, model: &tobj::Model) -> usize {
             if let &[a, b, c] = face {
                 mesh.triangles.push([a + shift, b + shift, c + shift]);
             } else {
-                let corners: Vec<_> =
-                    face.iter().map(|&i| mesh.positions[base + i as usize].as_dvec3()).collect();
-                mesh.triangles
-                    .extend(triangulate(&corners).into_iter().map(|t| t.map(|k| face[k] + shift)));
+                let corner = |&i: &u32| DVec3::from_slice(&m.positions[3 * i as usize..]) - origin;
+                let corners: Vec<DVec3> = face.iter().map(corner).collect();
+                let cut = cutter.cut(&corners)?;
+                mesh.triangles.extend(cut.into_iter().map(|t| t.map(|k| face[k] + shift)));
             }
         }
     }
     let added = mesh.triangles.len() - before;
     let material = m.material_id.unwrap_or(obj.materials.len()) as u32;
     mesh.materials.resize(before + added, material);
-    if m.material_id.is_none() { added } else { 0 }
+    Some(if m.material_id.is_none() { added } else { 0 })
 }

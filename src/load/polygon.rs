@@ -4,17 +4,40 @@
 //! Newell normal and cut by the crate `earcut`: weakly simple ones too, whose holes are joined to
 //! the outer edge by bridges that are passed twice. Triangles are wound like the polygon. Not:
 //! self-intersecting polygons, and those that are so far from flat that their projection is. Cost
-//! O(n log n) as a rule, n the corners of one polygon.
+//! O(n log n) as a rule, n the corners of one polygon, O(n²) at worst, which is why [`Cutter`] has
+//! an end.
 
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
 
-/// Cuts the polygon with these corners; triples of corner numbers.
-pub fn triangulate(corners: &[DVec3]) -> Vec<[usize; 3]> {
+/// What cutting the polygons of a file may cost, in corners squared: some seconds.
+const MOST: f64 = 1e9;
+
+/// Cuts polygons, as long as it does not take for ever.
+#[derive(Debug)]
+pub struct Cutter(f64);
+
+impl Default for Cutter {
+    fn default() -> Self {
+        Self(MOST)
+    }
+}
+
+impl Cutter {
+    /// As [`triangulate`]; none when a polygon, or all together, have too many corners.
+    pub fn cut(&mut self, corners: &[DVec3]) -> Option<Vec<[usize; 3]>> {
+        if let Some(fan) = convex(corners) {
+            return Some(fan);
+        }
+        self.0 -= (corners.len() as f64).powi(2);
+        (self.0 >= 0.0).then(|| triangulate(corners))
+    }
+}
+
+/// The fan of a polygon that is convex, or is no polygon.
+fn convex(corners: &[DVec3]) -> Option<Vec<[usize; 3]>> {
     let n = corners.len();
-    let normal: DVec3 =
-        (0..n).map(|i| (corners[i] - corners[0]).cross(corners[(i + 1) % n] - corners[0])).sum();
-    let fan = || (2..n).map(|i| [0, i - 1, i]).collect();
+    let normal = newell(corners);
     let turns = |i: usize| {
         let [a, b, c] = [corners[i], corners[(i + 1) % n], corners[(i + 2) % n]];
         (b - a).cross(c - b).dot(normal) >= 0.0
@@ -24,9 +47,18 @@ pub fn triangulate(corners: &[DVec3]) -> Vec<[usize; 3]> {
         let [a, b] = [corners[i] - corners[0], corners[i + 1] - corners[0]];
         a.cross(b).dot(normal) >= 0.0
     };
-    if n < 4 || normal == DVec3::ZERO || (0..n).all(turns) && (1..n - 1).all(from_first) {
-        return fan();
-    }
+    let is_fan = n < 4 || normal == DVec3::ZERO || (0..n).all(turns) && (1..n - 1).all(from_first);
+    is_fan.then(|| (2..n).map(|i| [0, i - 1, i]).collect())
+}
+
+fn newell(corners: &[DVec3]) -> DVec3 {
+    let n = corners.len();
+    (0..n).map(|i| (corners[i] - corners[0]).cross(corners[(i + 1) % n] - corners[0])).sum()
+}
+
+/// Cuts the polygon with these corners; triples of corner numbers.
+fn triangulate(corners: &[DVec3]) -> Vec<[usize; 3]> {
+    let normal = newell(corners);
     let (across, along) = normal.normalize().any_orthonormal_pair();
     let flat: Vec<[f64; 2]> = corners
         .iter()
@@ -45,6 +77,10 @@ pub fn triangulate(corners: &[DVec3]) -> Vec<[usize; 3]> {
 mod tests {
     use super::*;
 
+    fn cut(corners: &[DVec3]) -> Vec<[usize; 3]> {
+        Cutter::default().cut(corners).unwrap()
+    }
+
     fn area(corners: &[DVec3], triangles: &[[usize; 3]]) -> f64 {
         triangles
             .iter()
@@ -56,7 +92,7 @@ mod tests {
     #[test]
     fn convex_is_a_fan() {
         let square = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
-        assert_eq!(triangulate(&square), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(cut(&square), [[0, 1, 2], [0, 2, 3]]);
     }
 
     #[test]
@@ -70,7 +106,7 @@ mod tests {
         for shift in 0..4 {
             let mut corners = arrow;
             corners.rotate_left(shift);
-            assert!((area(&corners, &triangulate(&corners)) - 1.0).abs() < 1e-12);
+            assert!((area(&corners, &cut(&corners)) - 1.0).abs() < 1e-12);
         }
         let comb: Vec<DVec3> = [
             (0.0, 0.0),
@@ -88,9 +124,25 @@ mod tests {
         ]
         .map(|(x, y)| DVec3::new(x, y, 0.0))
         .into();
-        let cut = triangulate(&comb);
+        let cut = cut(&comb);
         assert_eq!(cut.len(), 10);
         assert!((area(&comb, &cut) - 8.0).abs() < 1e-12);
+    }
+
+    /// A hundred thousand corners are a disc; the teeth of a saw are too many.
+    #[test]
+    fn many_corners_have_an_end() {
+        let n = 100_000;
+        let at = |i: usize, r: f64| {
+            let angle = i as f64 * std::f64::consts::TAU / n as f64;
+            DVec3::new(r * angle.cos(), r * angle.sin(), 0.0)
+        };
+        let disc: Vec<DVec3> = (0..n).map(|i| at(i, 1.0)).collect();
+        assert!((area(&disc, &cut(&disc)) - std::f64::consts::PI).abs() < 1e-6);
+        let saw: Vec<DVec3> = (0..n).map(|i| at(i, 1.0 + 0.1 * (i % 2) as f64)).collect();
+        assert_eq!(Cutter::default().cut(&saw), None);
+        let mut cutter = Cutter::default();
+        assert!((0..2000).map_while(|_| cutter.cut(&saw[..1000])).count() < 1100);
     }
 
     /// Squares of side 4 with square holes of side 2 and 1, joined by bridges, in any plane: the
@@ -134,13 +186,10 @@ mod tests {
             for shift in 0..polygon.len() {
                 let mut corners = polygon.clone();
                 corners.rotate_left(shift);
-                assert!(
-                    (area(&corners, &triangulate(&corners)) - expected).abs() < 1e-9,
-                    "{shift}"
-                );
+                assert!((area(&corners, &cut(&corners)) - expected).abs() < 1e-9, "{shift}");
                 let turn = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 1.1, -2.0);
                 let turned: Vec<DVec3> = corners.iter().map(|&p| turn * p).collect();
-                let cut = triangulate(&turned);
+                let cut = cut(&turned);
                 assert!((area(&corners, &cut) - expected).abs() < 1e-9, "{shift}, turned");
             }
         }
@@ -156,14 +205,14 @@ mod tests {
         };
         let corners: Vec<DVec3> = (0..count).map(corner).collect();
         let expected = 0.5 * count as f64 * 0.9 * (std::f64::consts::TAU / count as f64).sin();
-        assert!((area(&corners, &triangulate(&corners)) / expected - 1.0).abs() < 1e-9);
+        assert!((area(&corners, &cut(&corners)) / expected - 1.0).abs() < 1e-9);
     }
 
     #[test]
     fn degenerate_polygons_end() {
-        assert_eq!(triangulate(&[DVec3::ZERO; 5]).len(), 3);
-        assert_eq!(triangulate(&[DVec3::X, DVec3::Y]).len(), 0);
+        assert_eq!(cut(&[DVec3::ZERO; 5]).len(), 3);
+        assert_eq!(cut(&[DVec3::X, DVec3::Y]).len(), 0);
         let line: Vec<DVec3> = (0..5).map(|i| DVec3::X * f64::from(i)).collect();
-        assert_eq!(area(&line, &triangulate(&line)), 0.0);
+        assert_eq!(area(&line, &cut(&line)), 0.0);
     }
 }

@@ -246,6 +246,9 @@ pub fn line_at(text: &str, offset: usize) -> usize {
     1 + text.as_bytes()[..offset.min(text.len())].iter().filter(|&&b| b == b'\n').count()
 }
 
+/// Most parts of a key that is set: deeper, tables in tables would fill the stack.
+const DEEPEST: usize = 16;
+
 const SCENE_KEYS: [&str; 6] = ["name", "camera", "mesh", "light", "material", "settings"];
 
 /// Reads a scene file's text and applies overrides, in order.
@@ -258,11 +261,18 @@ pub fn parse(path: &Path, text: &str, overrides: &[(String, String)]) -> Result<
         Error::input(path, e.span().map(|s| line_at(text, s.start)), message)
     };
     let mut table = DeTable::parse(text).map_err(|e| wrong(&e))?;
+    let not_array = |key: String| format!("{key} is a table, not an array; write [{key}]");
+    if let Some((key, span)) = array_for_table(table.get_ref()) {
+        return Err(Error::input(path, line_at(text, span.start), not_array(key)));
+    }
     let mut scene = read(&table).map_err(|e| wrong(&e))?;
     let mut lines = setting_lines(&table, text);
     for (key, value) in overrides {
         let bad = |message: String| Error::setting(key.clone(), message);
         apply(&mut table, key, value).map_err(bad)?;
+        if let Some((name, _)) = array_for_table(table.get_ref()) {
+            return Err(bad(not_array(name)));
+        }
         scene = read(&table)
             .map_err(|e| bad(e.message().trim_end_matches('\n').replace('\n', "; ")))?;
         lines.remove(key.strip_prefix("settings.").unwrap_or(key));
@@ -294,6 +304,27 @@ fn read(table: &Spanned<DeTable<'_>>) -> std::result::Result<SceneFile, toml::de
     SceneFile::deserialize(toml::de::Deserializer::from(table.clone()))
 }
 
+/// Where an array stands for a table: it would be read as the table's values in some order.
+fn array_for_table(top: &DeTable<'_>) -> Option<(String, std::ops::Range<usize>)> {
+    let wrong = |key: &str, value: &Spanned<DeValue<'_>>| {
+        matches!(value.get_ref(), DeValue::Array(_)).then(|| (key.to_owned(), value.span()))
+    };
+    let below = |value: &Spanned<DeValue<'_>>, keys: &[&str]| match value.get_ref() {
+        DeValue::Table(inner) => keys.iter().find_map(|key| wrong(key, inner.get(*key)?)),
+        _ => None,
+    };
+    top.iter().find_map(|(name, value)| match (&**name.get_ref(), value.get_ref()) {
+        ("camera", _) => wrong("camera", value),
+        (key @ ("mesh" | "light"), DeValue::Array(list)) => list.iter().find_map(|entry| {
+            wrong(key, entry).or_else(|| below(entry, &["subdivision", "curves", "parameters"]))
+        }),
+        ("material", DeValue::Table(all)) => {
+            all.iter().find_map(|(name, entry)| wrong(name.get_ref(), entry))
+        }
+        _ => None,
+    })
+}
+
 /// The value of an override: TOML where it parses as such, else a string.
 fn value_of(text: &str) -> DeValue<'_> {
     DeValue::parse(text).map_or_else(|_| DeValue::String(text.into()), Spanned::into_inner)
@@ -304,7 +335,10 @@ fn apply<'a>(
     key: &str,
     value: &'a str,
 ) -> std::result::Result<(), String> {
-    let mut parts: Vec<&str> = key.split('.').collect();
+    let mut parts: Vec<&str> = key.split('.').take(DEEPEST + 1).collect();
+    if parts.len() > DEEPEST {
+        return Err(format!("has more than {DEEPEST} parts; write section.key=value"));
+    }
     if parts.iter().any(|p| p.is_empty()) {
         return Err("is no key; write section.key=value".into());
     }

@@ -13,6 +13,9 @@ pub const MAX_PIXELS: u64 = 1 << 28;
 /// Longest diagonal that leaves room for squares and cubes in single precision.
 pub const MAX_DIAGONAL: f32 = 1e15;
 
+/// Brightest light: squares of what many samples of it sum up to are finite in single precision.
+pub const MAX_LIGHT: f32 = 1e15;
+
 /// Checks the field of view, and that the image fits memory.
 ///
 /// # Errors
@@ -98,6 +101,17 @@ pub fn check_scene(scene: &Scene, file: &Path) -> Result<()> {
             format!("{mesh} is but a point: all of its corners are alike; export it again"),
         ));
     }
+    let brightest = brightest(scene);
+    if brightest > MAX_LIGHT {
+        return Err(Error::input(
+            file,
+            None,
+            format!(
+                "a light of {brightest:e} is too bright for single precision; scale all lights \
+                 down, below {MAX_LIGHT:e}"
+            ),
+        ));
+    }
     if !emits(scene) {
         return Err(Error::input(
             file,
@@ -107,6 +121,22 @@ pub fn check_scene(scene: &Scene, file: &Path) -> Result<()> {
         ));
     }
     Ok(())
+}
+
+/// The largest radiance, irradiance or intensity.
+fn brightest(scene: &Scene) -> f32 {
+    let of_light = |light: &Light| match light {
+        Light::Quad { radiance, .. } | Light::Sphere { radiance, .. } | Light::Sky { radiance } => {
+            radiance.max_element()
+        }
+        Light::Sun { irradiance, .. } => irradiance.max_element(),
+        Light::Environment { map } => {
+            map.texels.iter().map(|c| c.max_element()).fold(0.0, f32::max)
+        }
+        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity.max_element(),
+    };
+    let surfaces = scene.materials.iter().map(|m| m.emission.max_element());
+    scene.lights.iter().map(of_light).chain(surfaces).fold(0.0, f32::max)
 }
 
 /// True when a light or a material in use emits.

@@ -11,8 +11,6 @@
 //! falls with `gather.rays`, and is independent from point to point, as denoisers expect it. Cost
 //! `rays` rays per shading point, and the guide's.
 
-use rayon::prelude::*;
-
 use super::locations::Locations;
 use super::stage::{Inputs, Stage, StageStatistics};
 use super::{MethodStatistics, Rendered};
@@ -47,6 +45,9 @@ impl GatherSettings {
         self.rays.unwrap_or(64)
     }
 }
+
+/// Points that are gathered at, and kept, at a time.
+const BLOCK: usize = 64;
 
 /// What final gathering tells of its picture.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -117,13 +118,9 @@ pub fn gather(
             sum += (radiance * (cos / density)).as_dvec3();
         }
         run.rays.add(RayKind::Sample, u64::from(rays.count));
-        phase.advance(1);
         sum.as_vec3()
     };
-    let out = run
-        .install(|| (0..points.len()).into_par_iter().with_min_len(16).map(irradiance).collect());
-    run.check()?;
-    Ok(out)
+    phase.blocks((points.len(), BLOCK), (), |(), range| range.map(irradiance).collect())
 }
 
 /// The picture by final gathering.

@@ -35,6 +35,9 @@ use crate::settings::section;
 use crate::sh::ShRgb;
 use crate::shading::{DirectSettings, World};
 
+/// Points that are gathered at, and kept, at a time.
+const BLOCK: usize = 64;
+
 /// What the local correction tells of its picture.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct LocalStatistics {
@@ -179,7 +182,7 @@ pub fn render(
             })
             .collect()
     });
-    let ambient: Vec<Rgb> = if settings.correction {
+    let ambient: Vec<Rgb> = if settings.correction && points.len() > 0 {
         let tree = {
             let _phase = run.phase("tree", 1);
             run.install(|| near_surfaces(world, settings, &field, seed))?
@@ -187,21 +190,15 @@ pub fn render(
         let reach = settings.reach.resolve(world.around.extent);
         let near = PointBasedSettings { maxdist: reach, ..PointBasedSettings::default() };
         let phase = run.phase("gather", points.len() as u64);
-        run.install(|| {
-            (0..points.len())
-                .into_par_iter()
-                .with_min_len(64)
-                .map_with(Gather::new(&tree, &near).fading(reach), |gather, i| {
-                    if run.cancelled() {
-                        return Rgb::ZERO;
-                    }
-                    phase.advance(1);
-                    let receiver = Receiver { p: points.p[i], ng: points.ng[i], ns: points.ns[i] };
-                    let (near, rest) = gather.gather_under(&receiver, &|w| field.radiance(w));
-                    (near.irradiance + rest).max(Rgb::ZERO)
-                })
-                .collect()
-        })
+        let gather = Gather::new(&tree, &near).fading(reach);
+        phase.blocks((points.len(), BLOCK), gather, |gather, range| {
+            let one = |i: usize| {
+                let receiver = Receiver { p: points.p[i], ng: points.ng[i], ns: points.ns[i] };
+                let (near, rest) = gather.gather_under(&receiver, &|w| field.radiance(w));
+                (near.irradiance + rest).max(Rgb::ZERO)
+            };
+            range.map(one).collect()
+        })?
     } else {
         points.ns.iter().map(|&n| field.irradiance(n).max(Rgb::ZERO)).collect()
     };

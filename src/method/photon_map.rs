@@ -66,45 +66,31 @@ pub fn render(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<Rendered> 
     let (width, height) = (world.camera.width, world.camera.height);
     let (spp, filter) = (record.spp.max(1), record.pixel_filter());
     let phase = run.phase("reconstruct", u64::from(height));
-    let rows: Vec<Vec<[Rgb; 3]>> = run.install(|| {
-        (0..height)
-            .into_par_iter()
-            .map(|y| {
-                if run.cancelled() {
-                    return Vec::new();
-                }
-                let row = (0..width)
-                    .map(|x| {
-                        let sobol = Sobol::new(
-                            seed,
-                            Stream::Camera,
-                            u64::from(y) * u64::from(width) + u64::from(x),
-                        );
-                        let mut sum = [Rgb::ZERO; 3];
-                        for i in 0..spp {
-                            let pixel = glam::Vec2::new(x as f32, y as f32)
-                                + filter.position(sobol.sample_2d(i, 0));
-                            let dir = world.camera.direction(pixel);
-                            let Some(s) = world.closest(&Ray::new(world.camera.eye, dir)) else {
-                                sum[0] += world.lights.background(dir);
-                                continue;
-                            };
-                            let light = proxy.read(world, &Landing::from(&s));
-                            sum[0] += s.le + light.radiosity / std::f32::consts::PI;
-                            sum[1] += light.indirect;
-                            sum[2] += s.albedo;
-                        }
-                        sum.map(|c| c / spp as f32)
-                    })
-                    .collect();
-                run.rays.add(RayKind::Primary, u64::from(width * spp));
-                phase.advance(1);
-                row
-            })
-            .collect()
-    });
-    run.check()?;
-    let pixels: Vec<[Rgb; 3]> = rows.into_iter().flatten().collect();
+    let look = |x: u32, y: u32| {
+        let element = u64::from(y) * u64::from(width) + u64::from(x);
+        let sobol = Sobol::new(seed, Stream::Camera, element);
+        let mut sum = [Rgb::ZERO; 3];
+        for i in 0..spp {
+            let pixel =
+                glam::Vec2::new(x as f32, y as f32) + filter.position(sobol.sample_2d(i, 0));
+            let dir = world.camera.direction(pixel);
+            let Some(s) = world.closest(&Ray::new(world.camera.eye, dir)) else {
+                sum[0] += world.lights.background(dir);
+                continue;
+            };
+            let light = proxy.read(world, &Landing::from(&s));
+            sum[0] += s.le + light.radiosity / std::f32::consts::PI;
+            sum[1] += light.indirect;
+            sum[2] += s.albedo;
+        }
+        sum.map(|c| c / spp as f32)
+    };
+    let row = |y: usize| -> Vec<[Rgb; 3]> {
+        run.rays.add(RayKind::Primary, u64::from(width * spp));
+        (0..width).map(|x| look(x, y as u32)).collect()
+    };
+    let rows = phase.blocks((height as usize, 1), (), |(), rows| rows.map(row).collect())?;
+    let pixels: Vec<[Rgb; 3]> = rows.concat();
     let mut film = Film::new(width, height);
     for (i, layer) in ["", "irradiance", "albedo"].into_iter().enumerate() {
         film.set_rgb(layer, &pixels.iter().map(|p| p[i]).collect::<Vec<_>>());

@@ -22,7 +22,7 @@ use crate::cloud::{
     Cloud, Gathered, Hierarchy, PointBasedSettings, Receiver, Receivers, accessibility, bake,
     gather_all, gather_some,
 };
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::Layer;
 use crate::math::{Frame, Ray};
 use crate::radiometry::Rgb;
@@ -124,6 +124,16 @@ pub fn gather_picture(
     Ok(PointLayers { samples, gathered, gathers })
 }
 
+/// Camera samples of a scene without elements.
+fn unlit(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<PointLayers> {
+    inputs.validate()?;
+    let samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
+    if samples.points.len() > 0 {
+        return Err(Error::Usage("a cloud without elements lights nothing; bake it again".into()));
+    }
+    Ok(PointLayers { samples, gathered: Vec::new(), gathers: 0 })
+}
+
 /// The picture.
 ///
 /// # Errors
@@ -151,9 +161,15 @@ pub fn render_cloud(
 ) -> Result<Rendered> {
     let tree = {
         let _phase = run.phase("tree", 1);
-        run.install(|| Hierarchy::new(cloud, settings.hitsides))?
+        let made = || Hierarchy::new(cloud, settings.hitsides);
+        // Without surfaces there are no points either, and nothing to gather.
+        let nothing = world.geometry.is_empty() || cloud.is_empty();
+        (!nothing).then(|| run.install(made)).transpose()?
     };
-    let layers = gather_picture(world, cloud, &tree, settings, inputs, run)?;
+    let layers = match &tree {
+        Some(tree) => gather_picture(world, cloud, tree, settings, inputs, run)?,
+        None => unlit(world, inputs, run)?,
+    };
     let sky = &world.lights.sky;
     let irradiance: Vec<Rgb> =
         layers.gathered.iter().map(|g| g.irradiance + g.from_sky(sky)).collect();
@@ -172,7 +188,7 @@ pub fn render_cloud(
         elements: cloud.len(),
         shading_points: layers.gathered.len(),
         gathers: layers.gathers,
-        bytes_per_element: tree.bytes() / tree.len(),
+        bytes_per_element: tree.map_or(0, |tree| tree.bytes() / tree.len()),
     });
     Ok(Rendered { film, statistics, locations: Locations::default() })
 }

@@ -16,12 +16,14 @@
 //!             surfaces is not in `direct`; the sky that the camera sees is in `emission`. Cost
 //!             `spp · (1 + light_samples)` rays a pixel; about 100 B a pixel.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec2, Vec3};
-use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::film::{Film, Layer, layer};
 use crate::guide::LampGuide;
+use crate::journal::stored;
 use crate::math::{Ray, offset_origin};
 use crate::radiometry::Rgb;
 use crate::run::{RayKind, Run};
@@ -137,6 +139,19 @@ struct Row {
     shadow_rays: u64,
 }
 
+stored!(ShadingPoints { p, ng, ns, albedo_weight, pixel, footprint });
+stored!(Row {
+    emission,
+    direct,
+    albedo,
+    normal,
+    position,
+    depth,
+    points,
+    camera_rays,
+    shadow_rays,
+});
+
 impl Row {
     fn skip(&mut self) {
         self.emission.push(Rgb::ZERO);
@@ -182,29 +197,24 @@ pub fn camera_samples_where(
     };
     let eye = Eye { world, settings, direct, lamps: lamps.as_ref(), seed };
     let phase = run.phase("record", u64::from(height));
-    let rows: Vec<Row> = run.install(|| {
-        (0..height)
-            .into_par_iter()
-            .map(|y| {
-                let mut row = Row::default();
-                if !run.cancelled() {
-                    for x in 0..width {
-                        if wanted(x, y) {
-                            eye.pixel(x, y, &mut row);
-                            row.camera_rays += u64::from(settings.spp);
-                        } else {
-                            row.skip();
-                        }
-                    }
+    let look = |y: usize| {
+        let (mut row, y) = (Row::default(), y as u32);
+        if !run.cancelled() {
+            for x in 0..width {
+                if wanted(x, y) {
+                    eye.pixel(x, y, &mut row);
+                    row.camera_rays += u64::from(settings.spp);
+                } else {
+                    row.skip();
                 }
-                run.rays.add(RayKind::Primary, row.camera_rays);
-                run.rays.add(RayKind::Shadow, row.shadow_rays);
-                phase.advance(1);
-                row
-            })
-            .collect()
-    });
-    run.check()?;
+            }
+        }
+        run.rays.add(RayKind::Primary, row.camera_rays);
+        run.rays.add(RayKind::Shadow, row.shadow_rays);
+        row
+    };
+    let look_all = |(): &mut (), rows: Range<usize>| rows.map(look).collect();
+    let rows: Vec<Row> = phase.blocks((height as usize, 1), (), look_all)?;
     let mut out = CameraSamples { width, height, origin: world.origin, ..CameraSamples::default() };
     for row in rows {
         out.emission.extend(row.emission);

@@ -8,7 +8,7 @@
 //! The file is an OpenEXR picture that can be looked at, with a checksum and the key of what it
 //! shows in its header. Path tracing has its sums in layers `state.NAME`, a converging picture
 //! those of its two halves in `state.0.NAME` and `state.1.NAME`. Files of one scene that differ
-//! by their seeds alone can be merged by adding sums and samples.
+//! by their seeds alone are merged by adding sums and samples ([`crate::method::path::merge`]).
 //!
 //! Guarantees  a picture that was stopped and gone on with has the bits of one that never stopped,
 //!             unless a clock ended it. A file that is damaged or of something else is refused.
@@ -31,7 +31,7 @@ use crate::run::{Ended, Run};
 use crate::sampling::{ENDLESS, Stream, sub_seed};
 use crate::shading::World;
 
-/// Where a progressive picture keeps what it has so far.
+/// Where a job keeps what it has so far.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Checkpoint {
     /// The partial picture.

@@ -15,6 +15,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::checkpoint::Checkpoint;
+use super::expected::Expected;
 use super::film_state::{self, FilmState, Shots};
 use super::kept::Kept;
 use super::{Renderer, header};
@@ -114,8 +115,10 @@ impl<'a> Flight<'a> {
             let state = film_state::load(path, &flight.key_of_film(), (&inputs, settings))?;
             flight.known = Some(Prepared::known(world, settings, inputs, state.known, run)?);
             (flight.near, flight.done) = (state.near, state.frames);
+            flight.expect(flight.done);
             return Ok(flight);
         }
+        flight.expect(0);
         let load = |path: &std::path::PathBuf| store::load(path, &flight.key, &inputs, settings);
         let loaded = kept.load.as_ref().map(load).transpose()?;
         flight.known = match (reuse, loaded) {
@@ -126,6 +129,14 @@ impl<'a> Flight<'a> {
             (_, None) => None,
         };
         Ok(flight)
+    }
+
+    /// Tells the phases of all frames but the first `done`.
+    fn expect(&self, done: usize) {
+        let Self { renderer, shots, .. } = self;
+        let (scene, config, run) = (renderer.scene(), renderer.config(), renderer.run());
+        let expected = Expected::new(scene, config, run.threads(), false);
+        run.plan(&expected.film(shots.views.len(), done, shots.reuse == Reuse::Plan));
     }
 
     /// What the state of this film is known by.

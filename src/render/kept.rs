@@ -1,5 +1,5 @@
-//! Work of one render that the next can start from: proxy and clusters, or cache records, or the
-//! samples of a picture that is not done yet, in files.
+//! Work of one render that the next can start from: proxy and clusters, or cache records, or what
+//! is there of a picture that is not done yet, in files.
 
 use std::path::PathBuf;
 
@@ -15,10 +15,10 @@ pub struct Kept {
     pub load: Option<PathBuf>,
     /// Write here what a later render can start from.
     pub save: Option<PathBuf>,
-    /// Go on from the running sums of this picture as if its render had never stopped; path tracing
-    /// and converging pictures alone.
+    /// Go on from the running sums of this picture, or from what is made so far of it, as if its
+    /// render had never stopped.
     pub resume: Option<PathBuf>,
-    /// Where path tracing and converging pictures keep what they have so far.
+    /// Where a render keeps what it has so far.
     pub checkpoint: Option<Checkpoint>,
 }
 

@@ -14,6 +14,8 @@
 //! | `renderer` | [`Renderer`]: the steps |
 //! | `dispatch` | which function a [`Method`] is |
 //! | `checkpoint` | [`Checkpoint`]: progressive pictures that can be gone on with |
+//! | `expected` | [`Expected`]: the phases of a picture and what they cost |
+//! | `unfinished` | [`keeping`]: all other jobs that can be gone on with |
 //! | `kept` | [`Kept`]: files of earlier work to start from and to write |
 //! | `flight` | [`Flight`]: the frames of a camera path |
 //! | `film_state` | [`Shots`]: whose frames they are; films that go on |
@@ -28,6 +30,7 @@
 
 mod checkpoint;
 mod dispatch;
+mod expected;
 mod film_state;
 mod flight;
 mod header;
@@ -35,9 +38,11 @@ mod irradiance;
 mod kept;
 mod renderer;
 mod statistics;
+mod unfinished;
 mod view;
 
 pub use checkpoint::Checkpoint;
+pub use expected::Expected;
 pub use film_state::Shots;
 pub use flight::{Flight, Frame, Reuse};
 pub use header::describe;
@@ -45,6 +50,7 @@ pub use irradiance::{PointIrradiance, SurfacePoints};
 pub use kept::Kept;
 pub use renderer::{Rendered, Renderer};
 pub use statistics::{OfPicture, RunStatistics, Statistics};
+pub use unfinished::{job_key, keeping};
 pub use view::{CAMERA_INSIDE_WALL, camera_inside_wall};
 
 use crate::config::RenderConfig;

@@ -2,9 +2,11 @@
 
 use super::checkpoint::{Tracer, add_sums, late};
 use super::dispatch::picture;
+use super::expected::Expected;
 use super::header;
 use super::kept::Kept;
 use super::statistics::{OfPicture, Statistics};
+use super::unfinished::{job_key, keeping};
 use super::view::{CAMERA_INSIDE_WALL, camera_inside_wall};
 use crate::config::RenderConfig;
 use crate::denoise::{Denoise, Parts, denoise};
@@ -114,21 +116,25 @@ impl<'a> Renderer<'a> {
             );
             return Err(Error::setting("converge.enabled", message));
         }
-        if kept.resume.is_some() && !converging && method != Method::Path {
-            return Err(Error::Usage(format!(
-                "method {} leaves nothing to go on from; path tracing and converging pictures do",
-                method.name()
-            )));
-        }
         let mut config = self.config.clone();
         config.denoise = Some(if self.denoises() { Denoise::Oidn } else { Denoise::None });
         let config = config.for_method(method, self.world.around.extent)?;
-        if !converging {
+        let earlier = match &kept.resume {
+            Some(file) if converging => Some(read_whole_exr(file)?),
+            _ => None,
+        };
+        self.plan(&config, method, earlier.as_ref());
+        if !converging && method == Method::Path {
             return self.finished(method, &config, picture(self, &config, method, kept)?, None);
         }
+        if !converging {
+            let key = || job_key(method.name(), self.scene, &config, kept);
+            let found = keeping(self.run, kept, key, || picture(self, &config, method, kept))?;
+            return self.finished(method, &config, found, None);
+        }
         let mut tracer = Tracer::new((&self.world, self.config, self.run), method, kept);
-        let mut halves = match &kept.resume {
-            Some(file) => tracer.halves(&read_whole_exr(file)?)?,
+        let mut halves = match &earlier {
+            Some(film) => tracer.halves(film)?,
             None => Halves::default(),
         };
         let model = picture(self, &config, method, kept)?;
@@ -157,9 +163,19 @@ impl<'a> Renderer<'a> {
     /// As [`super::render`]; [`Error::Usage`] when `kept.resume` belongs to another render.
     pub fn reference(&self, kept: &Kept, keep_sums: bool) -> Result<Rendered> {
         let earlier = kept.resume.as_deref().map(read_whole_exr).transpose()?;
+        self.plan(self.config, Method::Path, earlier.as_ref());
         let mut tracer = Tracer::new((&self.world, self.config, self.run), Method::Path, kept);
         let found = tracer.picture(earlier, keep_sums)?;
         self.finished(Method::Path, self.config, found, None)
+    }
+
+    /// Tells the phases that the picture will take, with what a film of earlier work has.
+    fn plan(&self, config: &RenderConfig, method: Method, earlier: Option<&Film>) {
+        let counts = earlier.into_iter().flat_map(|film| &film.channels);
+        let counts = counts.filter(|(name, _)| name.rsplit('.').next() == Some("samples"));
+        let taken = counts.flat_map(|(_, n)| n).map(|&n| n as u64).sum();
+        let expected = Expected::new(self.scene, config, self.run.threads(), self.denoises());
+        self.run.plan(&expected.picture(method, taken));
     }
 
     /// Denoises what was not interrupted, describes and counts.

@@ -17,12 +17,22 @@ pub use polygon::{clip_to_horizon, form_integral, moments};
 pub use polygon8::{cross, dot, moments8};
 pub use quadratic::{MOMENTS, Quadratic};
 
+use crate::journal::Stored;
 use crate::radiometry::Rgb;
 use glam::Vec3;
 
 /// Radiance over directions: coefficients of up to [`MAX_BANDS`] bands, RGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShRgb(pub [Rgb; COEFFICIENTS]);
+
+impl Stored for ShRgb {
+    fn put(&self, out: &mut Vec<u8>) {
+        self.0.put(out);
+    }
+    fn take(from: &mut &[u8]) -> Option<Self> {
+        Stored::take(from).map(Self)
+    }
+}
 
 impl Default for ShRgb {
     fn default() -> Self {

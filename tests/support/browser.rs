@@ -17,6 +17,8 @@ use base64::prelude::{BASE64_STANDARD, Engine as _};
 use image::RgbImage;
 use serde_json::{Value, json};
 
+use super::Folder;
+
 /// Longest wait for an answer; a bound for hangs, far above what a loaded machine needs.
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -378,7 +380,8 @@ impl Drop for Page {
 
 #[test]
 fn a_page_is_driven() {
-    let file = std::env::temp_dir().join(format!("nearfar-page-{}.html", std::process::id()));
+    let folder = Folder::new("page");
+    let file = folder.join("page.html");
     let page = r#"<!doctype html><title>t</title><style>body{margin:0;background:#204060}</style>
         <canvas id=c width=50 height=50></canvas><script>
         const log = [];
@@ -414,5 +417,4 @@ fn a_page_is_driven() {
     page.evaluate("console.error('told'); fetch('https://nowhere.invalid/').catch(() => 0)");
     assert!(page.errors()[0].contains("told"));
     assert!(page.requests().contains(&"https://nowhere.invalid/"));
-    std::fs::remove_file(file).unwrap();
 }

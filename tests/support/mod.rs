@@ -1,6 +1,11 @@
 //! Small scenes made in code.
 
 pub mod browser;
+pub mod folder;
+#[cfg(unix)]
+pub mod hostile;
+pub mod mutation;
+pub mod readers;
 pub mod source;
 
 use glam::Vec3;
@@ -9,6 +14,8 @@ use nearfar::radiometry::Rgb;
 use nearfar::run::Run;
 use nearfar::scene::{Camera, Light, Material, Mesh, Scene, Sides};
 use nearfar::shading::World;
+
+pub use folder::Folder;
 
 /// The backends that this build has.
 pub fn backends() -> Vec<Backend> {
@@ -102,52 +109,9 @@ pub fn program(arguments: &[&str]) -> std::process::Output {
         .unwrap()
 }
 
-/// A folder of a test, removed at its end.
-pub struct Folder(pub std::path::PathBuf);
-
-impl Folder {
-    /// An empty one of this name and process.
-    pub fn new(name: &str) -> Self {
-        Self(temporary(name))
-    }
-    /// A path in it, as text.
-    pub fn at(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-    /// Writes a file and gives its path.
-    pub fn file(&self, name: &str, content: impl AsRef<[u8]>) -> String {
-        let path = self.0.join(name);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, content).unwrap();
-        self.at(name)
-    }
-    /// The names of its files, sorted.
-    pub fn names(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(&self.0).unwrap();
-        let mut names: Vec<String> =
-            entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
-        names.sort();
-        names
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 /// Settings for small pictures: so many samples of a path, few of all else.
 pub fn quick(path_spp: u32) -> nearfar::RenderConfig {
     let mut config = nearfar::RenderConfig::default();
     (config.path.spp, config.record.spp, config.gather.rays) = (path_spp, 2, Some(32));
     config
-}
-
-/// An empty folder of this name and process.
-pub fn temporary(name: &str) -> std::path::PathBuf {
-    let folder = std::env::temp_dir().join(format!("nearfar-{name}-{}", std::process::id()));
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
 }

@@ -12,11 +12,12 @@ use serde::Serialize;
 use toml::Value;
 
 use crate::atomic_file;
+use crate::cli::keep::{KeepOptions, forget_job};
 use crate::cli::options::SceneOptions;
-use crate::cli::write_json;
+use crate::cli::{stop, write_json};
 use crate::cloud::{RadiositySource, bake, bake_areas, scene_comment, write_cloud};
 use crate::error::{Error, Result};
-use crate::render::RunStatistics;
+use crate::render::{RunStatistics, job_key, keeping};
 use crate::shading::World;
 
 /// Options of `nearfar cloud bake`.
@@ -46,6 +47,8 @@ pub(in crate::cli) struct BakeArgs {
     /// Write statistics as JSON.
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
+    #[command(flatten)]
+    keep: KeepOptions,
 }
 
 /// What is told of a cloud.
@@ -94,13 +97,20 @@ pub(super) fn bake_to_file(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<
             .map_or_else(String::new, |v| v.get_name().to_owned());
         extra.push(("point_based.radiosity", Value::String(name)));
     }
+    let kept = args.keep.begin(&args.output, args.scene.quiet)?;
     let job = args.scene.prepare(&extra, None, cancel)?;
+    job.plan(|expected| expected.bake());
     let world = World::new(&job.scene, job.config.backend, &job.run)?;
     let (config, inputs) = (&job.config, job.config.inputs(world.around.extent));
     let mut cloud = if none {
         bake_areas(&world, &config.point_based, &job.run)?.0
     } else {
-        bake(&world, &config.point_based, inputs.proxy(), config.seed, &job.run)?
+        stop::keeps();
+        let key = || job_key("cloud", &job.scene, config, &kept);
+        let baked = keeping(&job.run, &kept, key, || {
+            bake(&world, &config.point_based, inputs.proxy(), config.seed, &job.run)
+        });
+        baked.map_err(|error| args.keep.told(error, &args.output))?
     };
     if !args.channels.is_empty() {
         cloud.channels.retain(|c| args.channels.contains(&c.name));
@@ -115,6 +125,7 @@ pub(super) fn bake_to_file(args: &BakeArgs, cancel: &Arc<AtomicBool>) -> Result<
         ];
         atomic_file::rescued(&args.output, |path| write_cloud(path, &cloud, &comments))?;
     }
+    forget_job(&args.output);
     println!("{} elements, area {:.6}", cloud.len(), cloud.total_area());
     if let Some(path) = &args.stats {
         let figures = BakeFigures {

@@ -15,6 +15,7 @@ use super::key::{Key, with};
 use super::plan::{Picture, Plan, TRUTH};
 use crate::atomic_file;
 use crate::error::{Error, Result};
+use crate::input_file;
 
 /// How often a running child is looked at.
 const PATIENCE: Duration = Duration::from_millis(20);
@@ -45,7 +46,7 @@ pub(super) fn render(
     command.arg("--stats").arg(&stats);
     let goes_on = picture.name == TRUTH && !again && key.is_begun(at);
     // Put aside: what is there when the child has ended is its own.
-    let earlier = std::fs::read_to_string(&unfinished).ok().filter(|_| goes_on);
+    let earlier = input_file::read_text(&unfinished).ok().filter(|_| goes_on);
     drop(std::fs::remove_file(&unfinished));
     if goes_on {
         command.arg("--resume");

@@ -10,7 +10,8 @@ use std::process::Command;
 
 use super::plan::{Picture, Plan, TRUTH};
 use crate::atomic_file;
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::input_file;
 
 /// Rooms that decide what ground truths look like.
 const OF_TRUTHS: [&str; 4] = ["src/scene", "src/builtin", "src/shading", "src/method/path"];
@@ -63,8 +64,7 @@ impl Key {
             picture.options.join(" ")
         );
         for file in picture.scene.files()? {
-            let content =
-                std::fs::read(&file).map_err(|source| Error::Io { path: file.clone(), source })?;
+            let content = input_file::read(&file)?;
             let mut hash = DefaultHasher::new();
             hash.write(&content);
             text += &format!("{:016x} {}\n", hash.finish(), file.display());
@@ -83,7 +83,7 @@ impl Key {
     }
 
     fn is_in(&self, file: &Path) -> bool {
-        std::fs::read_to_string(file).is_ok_and(|text| text == self.0)
+        input_file::read_text(file).is_ok_and(|text| text == self.0)
     }
 
     /// Notes that the picture is begun.

@@ -15,6 +15,7 @@
 //!         thread count; random numbers are keyed by the record's position. Cost  records · rays,
 //!         and a lookup per point and visit.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use cpu_time::ThreadTime;
@@ -40,6 +41,52 @@ const COARSEST: u32 = 64;
 const ROUNDS: usize = 16;
 /// Points tested for one that is measured.
 const LOOK_AHEAD: usize = 8;
+
+/// Records that are measured, and kept, at a time.
+const BLOCK: usize = 4;
+
+/// By how much the share of points that need a record falls from pass to pass, where nothing is
+/// known of it.
+const FALLS: f64 = 0.4;
+
+/// How many records are still to be measured, by the shares of points that needed one.
+struct Outlook {
+    /// All points, and those of the passes before.
+    points: usize,
+    seen: usize,
+    /// Share that needed a record in the pass before.
+    open: f64,
+    falls: f64,
+}
+
+impl Outlook {
+    /// In a pass of so many points, after so many of which a share needed one.
+    fn records(&self, of_pass: usize, tested: usize, share: f64) -> f64 {
+        let known = tested as f64 / (tested as f64 + 100.0);
+        let share = known * share + (1.0 - known) * self.open * self.falls;
+        let falls =
+            known * (share / self.open.max(1e-9)).clamp(0.05, 0.7) + (1.0 - known) * self.falls;
+        let mut more = (of_pass.saturating_sub(tested)) as f64 * share;
+        let (mut rest, mut next) = (self.points.saturating_sub(self.seen + of_pass), of_pass);
+        let mut open = share;
+        while rest > 0 {
+            (next, open) = (rest.min(next.max(1) * 4), open * falls);
+            more += next as f64 * open;
+            rest -= next;
+        }
+        more
+    }
+
+    /// The pass is over.
+    fn next(&mut self, of_pass: usize, measured: usize) {
+        self.seen += of_pass;
+        if of_pass > 0 {
+            let open = measured as f64 / of_pass as f64;
+            self.falls = (open / self.open.max(1e-9)).clamp(0.05, 0.7);
+            self.open = open;
+        }
+    }
+}
 
 /// Records, and where they are.
 #[derive(Clone, Debug)]
@@ -169,12 +216,14 @@ impl Cache {
             chosen.sort_by_cached_key(|&i| hash64(u64::from(i)));
             chosen
         };
+        let mut outlook = Outlook { points: points.len(), seen: 0, open: 1.0, falls: FALLS };
         let mut stride = COARSEST;
         let mut rounds = 0;
         while rounds < ROUNDS {
             let todo = if stride > 0 { pass(stride) } else { (0..points.len() as u32).collect() };
             let before = self.records.len();
             let mut at = 0;
+            let mut measured_here = 0;
             while at < todo.len() {
                 run.check()?;
                 let batch = (self.records.len() / 8).clamp(16, 1024);
@@ -201,42 +250,36 @@ impl Cache {
                 }
                 let rule = self.rule;
                 let settings = MeasureSettings::new(rays, rule.derivatives());
-                let measured: Vec<(CacheRecord, u32)> = run.install(|| {
-                    open.par_iter()
-                        .map(|&i| {
-                            let start = ThreadTime::now();
-                            // The same in every unit of length.
-                            let key = (points.p[i] / world.diagonal)
-                                .to_array()
-                                .iter()
-                                .fold(0, |h, v| hash64(h ^ u64::from(v.to_bits())));
-                            let site = Site {
-                                p: points.p[i],
-                                ng: points.ng[i],
-                                ns: points.ns[i],
-                                seed,
-                                element: key,
-                            };
-                            let m = measure(world, proxy, &site, &settings);
-                            nanoseconds
-                                .fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
-                            (
-                                rule.record(&m, points.p[i], points.ns[i], points.footprint[i]),
-                                m.rays,
-                            )
-                        })
-                        .collect()
-                });
+                let one = |i: usize| {
+                    let start = ThreadTime::now();
+                    // The same in every unit of length.
+                    let key = (points.p[i] / world.diagonal)
+                        .to_array()
+                        .iter()
+                        .fold(0, |h, v| hash64(h ^ u64::from(v.to_bits())));
+                    let (p, ng, ns) = (points.p[i], points.ng[i], points.ns[i]);
+                    let site = Site { p, ng, ns, seed, element: key };
+                    let m = measure(world, proxy, &site, &settings);
+                    nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+                    (rule.record(&m, p, ns, points.footprint[i]), m.rays)
+                };
+                let some = |(): &mut (), range: Range<usize>| {
+                    open[range].iter().map(|&i| one(i)).collect()
+                };
+                let measured: Vec<(CacheRecord, u32)> =
+                    run.blocks("fill", (open.len(), BLOCK), (), some)?;
                 for ((record, shot), &i) in measured.into_iter().zip(&open) {
                     self.rays += u64::from(shot);
                     run.rays.add(RayKind::Sample, u64::from(shot));
                     self.insert_clamped(record, Some(points.pixel[i]));
                 }
                 at += tested;
-                if rounds == 0 {
-                    phase.advance(tested as u64);
-                }
+                measured_here += open.len();
+                phase.advance(open.len() as u64);
+                let share = measured_here as f64 / at.max(1) as f64;
+                run.expect("fill", outlook.records(todo.len(), at, share) as u64);
             }
+            outlook.next(todo.len(), measured_here);
             stride /= 2;
             if stride == 0 {
                 rounds += 1;
@@ -255,5 +298,22 @@ impl Cache {
         let covered = self.lookup(world, p, n, 1.0, &mut rays, |_, _| true);
         run.rays.add(RayKind::Visibility, rays);
         covered
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_to_come_follow_the_shares_of_the_passes() {
+        let mut outlook = Outlook { points: 21_000, seen: 0, open: 1.0, falls: FALLS };
+        outlook.next(1000, 1000);
+        outlook.next(4000, 2000);
+        // Half of the points of the last pass, and then again half of the share.
+        let more = outlook.records(16_000, 0, 0.0);
+        assert!((more - 16_000.0 * 0.25).abs() < 1e-6, "{more}");
+        let more = outlook.records(16_000, 15_999, 0.25);
+        assert!(more < 0.3, "{more}");
     }
 }

@@ -7,7 +7,7 @@
 //! point out of everybody's reach (the fill gave up, or was skipped) is told apart. The order of
 //! the sum is that of the octree: independent of threads.
 
-use rayon::prelude::*;
+use std::ops::Range;
 
 use super::fill::Cache;
 use super::settings::CacheSettings;
@@ -30,43 +30,21 @@ pub fn interpolate(
 ) -> Result<Vec<Option<Rgb>>> {
     const BLOCK: usize = 256;
     let phase = run.phase("interpolate", points.len() as u64);
-    let blocks: Vec<Vec<Option<Rgb>>> = run.install(|| {
-        (0..points.len().div_ceil(BLOCK))
-            .into_par_iter()
-            .map(|block| {
-                if run.cancelled() {
-                    return Vec::new();
-                }
-                let range = block * BLOCK..((block + 1) * BLOCK).min(points.len());
-                phase.advance(range.len() as u64);
-                let mut rays = 0;
-                let out = range
-                    .map(|i| {
-                        let (mut sum, mut weights) = (Rgb::ZERO, 0.0f32);
-                        cache.lookup(
-                            world,
-                            points.p[i],
-                            points.ns[i],
-                            settings.reach,
-                            &mut rays,
-                            |record, weight| {
-                                sum += record.extrapolate(
-                                    points.p[i],
-                                    points.ns[i],
-                                    settings.extrapolation,
-                                ) * weight;
-                                weights += weight;
-                                false
-                            },
-                        );
-                        (weights > 0.0).then(|| sum / weights)
-                    })
-                    .collect();
-                run.rays.add(RayKind::Visibility, rays);
-                out
-            })
-            .collect()
-    });
-    run.check()?;
-    Ok(blocks.concat())
+    let block = |(): &mut (), range: Range<usize>| {
+        let mut rays = 0;
+        let mut one = |i: usize| {
+            let (p, n, reach) = (points.p[i], points.ns[i], settings.reach);
+            let (mut sum, mut weights) = (Rgb::ZERO, 0.0f32);
+            cache.lookup(world, p, n, reach, &mut rays, |record, weight| {
+                sum += record.extrapolate(p, n, settings.extrapolation) * weight;
+                weights += weight;
+                false
+            });
+            (weights > 0.0).then(|| sum / weights)
+        };
+        let out = range.map(&mut one).collect();
+        run.rays.add(RayKind::Visibility, rays);
+        out
+    };
+    phase.blocks((points.len(), BLOCK), (), block)
 }

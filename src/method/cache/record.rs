@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use crate::journal::stored;
 use crate::radiometry::Rgb;
 
 /// One record.
@@ -31,6 +32,20 @@ pub struct CacheRecord {
     /// Relative standard error of the irradiance.
     pub standard_error: f32,
 }
+
+stored!(CacheRecord {
+    p,
+    n,
+    irradiance,
+    gradient_rotation,
+    gradient_translation,
+    axis,
+    radius,
+    clearance,
+    floor,
+    corral,
+    standard_error,
+});
 
 impl CacheRecord {
     /// Extrapolated to a point and a normal; every channel between the record's own value over

@@ -51,6 +51,7 @@ pub use shrink::{Certificate, combine};
 
 use crate::error::{Error, Result};
 use crate::film::{COMPLETE, Film, layer};
+use crate::forecast::samples_needed;
 use crate::method::Rendered;
 use crate::run::{Ended, Run};
 use crate::sampling::ENDLESS;
@@ -167,17 +168,24 @@ pub fn render(
     settings.validate()?;
     let limit = settings.spp / 2;
     let (mut done, mut checked) = standing(halves);
+    let mut found = Vec::new();
     let ended = loop {
         if let Some(ended) = run.stops() {
             break ended;
         }
         if settings.target_error > 0.0 && looks(done, checked) {
             checked = done;
-            if let Some(films) = usable(halves)
-                && run.install(|| combine(&model.film, films, settings))?.1.relmse
-                    < settings.target_error
-            {
-                break Ended::TargetError;
+            if let Some(films) = usable(halves) {
+                let error = run.install(|| combine(&model.film, films, settings))?.1.relmse;
+                if error < settings.target_error {
+                    break Ended::TargetError;
+                }
+                found.push((2.0 * f64::from(done), error));
+                if let Some(samples) = samples_needed(&found, settings.target_error) {
+                    let more = samples.min(f64::from(settings.spp)) - 2.0 * f64::from(done);
+                    let pixels = u64::from(model.film.width) * u64::from(model.film.height);
+                    run.expect("sample", more.max(0.0) as u64 * pixels);
+                }
             }
         }
         if done >= limit {

@@ -18,6 +18,7 @@
 //! Cost       O(pixels · spp · path length) rays; 240 B per pixel.
 //! Knobs      [`PathSettings`].
 
+mod merge;
 mod pixels;
 mod resume;
 mod trace;
@@ -28,12 +29,14 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::film::{COMPLETE, Film};
+use crate::forecast::samples_needed;
 use crate::method::locations::Locations;
 use crate::method::{MethodStatistics, Rendered};
 use crate::run::{Ended, RayKind, Run};
 use crate::sampling::{ENDLESS, PixelFilter};
 use crate::settings::section;
 use crate::shading::World;
+pub use merge::merge;
 pub use pixels::LAYERS;
 use pixels::Pixel;
 pub use resume::KEY;
@@ -158,14 +161,23 @@ fn take_samples(
 ) -> (u32, Ended, Option<f64>) {
     let view = trace::View::new(world, settings, seed);
     let count = pixels.len() as u64;
-    let phase = run.phase("sample", u64::from(settings.spp) * count);
+    let taken = |pixels: &[Pixel]| pixels.iter().map(|p| u64::from(p.count)).sum::<u64>();
+    let all = u64::from(settings.spp) * count;
+    let phase = run.phase("sample", all.saturating_sub(taken(pixels)));
     let paused = || progress.pause.is_some_and(|at| Instant::now() >= at);
     let fewest_of = |pixels: &[Pixel]| pixels.iter().map(|p| p.count).min().unwrap_or(0);
     let mut fewest = fewest_of(pixels);
-    phase.advance(u64::from(fewest) * count);
+    let mut found = Vec::new();
     loop {
         let looks = fewest >= 4 && (fewest == settings.spp || next_look(fewest - 1) == fewest);
         let error = (settings.target_error > 0.0 && looks).then(|| pixels::noise(pixels));
+        if let Some(error) = error {
+            found.push((f64::from(fewest), error));
+            if let Some(samples) = samples_needed(&found, settings.target_error) {
+                let needed = next_look((samples as u32).saturating_sub(1)).min(settings.spp);
+                run.expect("sample", (u64::from(needed) * count).saturating_sub(taken(pixels)));
+            }
+        }
         if error.is_some_and(|error| error < settings.target_error) {
             return (fewest, Ended::TargetError, error);
         }

@@ -114,6 +114,17 @@ impl Pixel {
         self.count += 1;
     }
 
+    /// Adds the samples of another.
+    pub(super) fn join(&mut self, other: &Self) {
+        // Half 0 has the greater half of an odd number: two of them would be two ahead.
+        let swapped = self.count % 2 == 1 && other.count % 2 == 1;
+        for (i, sum) in self.sums.iter_mut().enumerate() {
+            let from = if swapped && i < EMISSION { (i + EMISSION / 2) % EMISSION } else { i };
+            *sum = rounded(*sum + other.sums[from]);
+        }
+        self.count += other.count;
+    }
+
     /// Whether samples can add up to this: finite numbers, and no more hits than samples.
     pub(super) fn is_possible(&self) -> bool {
         let hits = self.sums[HITS];
@@ -217,6 +228,36 @@ mod tests {
             sum = rounded(sum + (f64::from(i) * 0.37).sin().abs().powi(5) * 1e3);
             let (high, low) = split(sum);
             assert_eq!(f64::from(high) + f64::from(low), sum);
+        }
+    }
+
+    #[test]
+    fn joined_samples_are_those_of_one_longer_render() {
+        for (n, m) in [(1u32, 1u32), (3, 2), (2, 5), (3, 5), (4, 4), (0, 3)] {
+            let pixel = |from: u32, count: u32| {
+                let mut p = Pixel::default();
+                for i in 0..count {
+                    let direct = Rgb::splat((from + i + 1) as f32);
+                    p.add(i & 1, &Sample { direct, hit: i % 3 == 0, ..Sample::default() });
+                }
+                p
+            };
+            let (a, b) = (pixel(0, n), pixel(n, m));
+            let mut sum = a.clone();
+            sum.join(&b);
+            let values: Vec<f64> = (1..=n + m).map(f64::from).collect();
+            let count = values.len() as f64;
+            let mean = values.iter().sum::<f64>() / count;
+            assert!((sum.mean(0) - mean).abs() < 1e-12, "{n} {m}");
+            let spread: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+            let variance = if count < 2.0 { 0.0 } else { spread / (count - 1.0) / count };
+            assert!((sum.variance(0) - variance).abs() < 1e-9, "{n} {m}");
+            // Whatever half a sample is in, the halves have all of them, each half its number.
+            let of_halves = sum.half(0, 0) * f64::from((n + m).div_ceil(2))
+                + sum.half(1, 0) * f64::from((n + m) / 2);
+            let all = if n + m < 2 { 2.0 * mean } else { count * mean };
+            assert!((of_halves - all).abs() < 1e-9 || n + m < 2, "{n} {m}");
+            assert!(sum.is_possible());
         }
     }
 

@@ -46,11 +46,13 @@ pub(super) fn key(world: &World, settings: &PathSettings, seed: u64) -> String {
 }
 
 /// In what two keys differ, in words.
-fn difference(there: &str, here: &str) -> &'static str {
+pub(super) fn difference(there: &str, here: &str) -> &'static str {
     let parts = |key: &str| key.split('-').map(str::to_owned).collect::<Vec<String>>();
     let (there, here) = (parts(there), parts(here));
     if there.len() != here.len() || there[0] != here[0] {
         "the file was written by another version of this program"
+    } else if there[1] == here[1] && there[2].contains('+') {
+        "the file is merged of several seeds, and belongs to no single one"
     } else if there[1] == here[1] {
         "the file has another seed"
     } else {

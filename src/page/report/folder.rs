@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::film::{Film, read_exr};
+use crate::input_file;
 use crate::run::Run;
 
 /// One picture with what is known of its making.
@@ -91,15 +92,15 @@ pub(super) fn read_pictures(dir: &Path, names: &[String], run: &Run) -> Result<V
             continue;
         }
         let beside = path.with_extension("json");
-        let statistics = match std::fs::read_to_string(&beside) {
-            Ok(text) => serde_json::from_str(&text).map_err(|e| {
+        let statistics = match input_file::read_text(&beside) {
+            Err(Error::Io { .. }) => Value::Null,
+            text => serde_json::from_str(&text?).map_err(|e| {
                 Error::Usage(format!(
                     "{}:{}: {e}; render again and write the statistics",
                     beside.display(),
                     e.line()
                 ))
             })?,
-            Err(_) => Value::Null,
         };
         pictures.push(Picture { name: name.clone(), path, film, statistics });
     }

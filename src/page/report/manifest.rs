@@ -28,6 +28,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::input_file;
 
 /// The whole of `report.toml`.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
@@ -99,10 +100,11 @@ impl SectionPlan {
 /// [`Error::Input`] with the line of a malformed file or unknown key.
 pub(super) fn read_manifest(dir: &Path) -> Result<Manifest> {
     let path = dir.join("report.toml");
-    let text = match std::fs::read_to_string(&path) {
-        Ok(text) => text,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Manifest::default()),
-        Err(e) => return Err(Error::Usage(format!("{}: {e}", path.display()))),
+    let text = match input_file::read_text(&path) {
+        Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+            return Ok(Manifest::default());
+        }
+        text => text?,
     };
     let manifest: Manifest = toml::from_str(&text).map_err(|e| {
         let line =

@@ -15,7 +15,7 @@
 
 pub mod picture;
 
-use rayon::prelude::*;
+use std::ops::Range;
 
 use super::far::{Bundle, FarField, SampledClusters};
 use super::near::boxes::NearBoxes;
@@ -24,6 +24,7 @@ use super::near::filter::{NearPart, Window, filter};
 use super::near::rays::ShortRays;
 use super::{Context, NearVisibility, Receiver};
 use crate::error::Result;
+use crate::journal::stored;
 use crate::radiometry::Rgb;
 use crate::record::ShadingPoints;
 use crate::run::RayKind;
@@ -44,6 +45,8 @@ pub struct PointIrradiance {
     /// Closeness of what is near, 1/length (short rays only).
     pub closeness: f32,
 }
+
+stored!(PointIrradiance { total, far, cluster, near_cells, closeness });
 
 /// The far field at one point.
 #[derive(Clone, Copy, Debug)]
@@ -193,22 +196,14 @@ impl<'a> Pass3<'a> {
             _ => None,
         };
         let phase = run.phase("reconstruct", points.len() as u64);
-        let block = |block: usize| {
-            let range = block * BLOCK..((block + 1) * BLOCK).min(points.len());
-            if run.cancelled() {
-                return Vec::new();
-            }
-            phase.advance(range.len() as u64);
+        let block = |(): &mut (), range: Range<usize>| {
             let mut shot = Shot::default();
             let found = range.map(|i| self.point(points, i, kept.as_deref(), &mut shot)).collect();
             run.rays.add(RayKind::Visibility, shot.near);
             run.rays.add(RayKind::Sample, shot.own);
             found
         };
-        let blocks: Vec<Vec<PointIrradiance>> =
-            run.install(|| (0..points.len().div_ceil(BLOCK)).into_par_iter().map(block).collect());
-        run.check()?;
-        let mut found = blocks.concat();
+        let mut found = phase.blocks((points.len(), BLOCK), (), block)?;
         self.filter(points, &mut found);
         found.iter_mut().for_each(|f| f.total = f.total.max(Rgb::ZERO));
         Ok(found)

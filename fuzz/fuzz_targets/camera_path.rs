@@ -1,0 +1,4 @@
+//! Camera paths.
+#![no_main]
+
+nearfar_fuzz::target!("camera_path");

@@ -1,0 +1,4 @@
+//! Clouds of points.
+#![no_main]
+
+nearfar_fuzz::target!("cloud");

@@ -1,0 +1,4 @@
+//! Text curves.
+#![no_main]
+
+nearfar_fuzz::target!("curves");

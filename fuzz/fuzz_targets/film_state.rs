@@ -1,0 +1,4 @@
+//! What frames of a film share.
+#![no_main]
+
+nearfar_fuzz::target!("film_state");

@@ -1,0 +1,4 @@
+//! Binary hair.
+#![no_main]
+
+nearfar_fuzz::target!("hair");

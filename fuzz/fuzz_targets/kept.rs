@@ -1,0 +1,4 @@
+//! Kept proxies and clusters.
+#![no_main]
+
+nearfar_fuzz::target!("kept");

@@ -1,0 +1,4 @@
+//! Material libraries.
+#![no_main]
+
+nearfar_fuzz::target!("mtl");

@@ -1,0 +1,4 @@
+//! OBJ files.
+#![no_main]
+
+nearfar_fuzz::target!("obj");

@@ -1,0 +1,4 @@
+//! Kept cache records.
+#![no_main]
+
+nearfar_fuzz::target!("records");

@@ -1,0 +1,4 @@
+//! Manifests of reports.
+#![no_main]
+
+nearfar_fuzz::target!("report");

@@ -1,0 +1,4 @@
+//! Scene files.
+#![no_main]
+
+nearfar_fuzz::target!("scene");

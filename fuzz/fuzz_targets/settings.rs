@@ -1,0 +1,4 @@
+//! Assignments of settings.
+#![no_main]
+
+nearfar_fuzz::target!("settings");

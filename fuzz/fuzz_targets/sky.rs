@@ -1,0 +1,4 @@
+//! Skies as Radiance pictures.
+#![no_main]
+
+nearfar_fuzz::target!("sky");

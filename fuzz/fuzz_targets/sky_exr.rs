@@ -1,0 +1,4 @@
+//! Skies as OpenEXR pictures.
+#![no_main]
+
+nearfar_fuzz::target!("sky_exr");

@@ -1,0 +1,4 @@
+//! Statistics beside pictures.
+#![no_main]
+
+nearfar_fuzz::target!("statistics");

@@ -1,0 +1,4 @@
+//! Points that are shown.
+#![no_main]
+
+nearfar_fuzz::target!("table");

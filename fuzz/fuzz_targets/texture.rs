@@ -1,0 +1,4 @@
+//! Textures: PNG, JPEG, BMP, TGA, TIFF.
+#![no_main]
+
+nearfar_fuzz::target!("texture");
