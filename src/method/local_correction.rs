@@ -182,7 +182,7 @@ pub fn render(
             })
             .collect()
     });
-    let ambient: Vec<Rgb> = if settings.correction && points.len() > 0 {
+    let ambient: Vec<Rgb> = if settings.correction && !points.is_empty() {
         let tree = {
             let _phase = run.phase("tree", 1);
             run.install(|| near_surfaces(world, settings, &field, seed))?

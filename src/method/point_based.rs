@@ -128,7 +128,7 @@ pub fn gather_picture(
 fn unlit(world: &World, inputs: Inputs<'_>, run: &Run) -> Result<PointLayers> {
     inputs.validate()?;
     let samples = camera_samples(world, inputs.record, inputs.direct, inputs.seed, run)?;
-    if samples.points.len() > 0 {
+    if !samples.points.is_empty() {
         return Err(Error::Usage("a cloud without elements lights nothing; bake it again".into()));
     }
     Ok(PointLayers { samples, gathered: Vec::new(), gathers: 0 })

@@ -63,11 +63,11 @@ pub const READERS: [Reader; 21] = [
     }),
     reader("camera_path", "path.toml", |_, file| {
         let path = load_camera_path(file, &Camera::default(), glam::DVec3::ONE)?;
-        (0..5).for_each(|i| drop(path.frame(i, 5)));
+        (0..5).for_each(|i| assert!(path.frame(i, 5).width > 0));
         Ok(())
     }),
-    reader("settings", "settings.txt", |folder, file| settings(folder, file)),
-    reader("film", "film.exr", |folder, file| film(folder, file)),
+    reader("settings", "settings.txt", settings),
+    reader("film", "film.exr", film),
     reader("cloud", "cloud.ply", |_, file| cloud::read_cloud(file).map(drop)),
     reader("table", "table.ply", |_, file| {
         let table = page::viewer::Table::read(file)?;
@@ -75,13 +75,13 @@ pub const READERS: [Reader; 21] = [
     }),
     reader("kept", "kept.ply", |folder, file| kept(folder, file, Method::Decomposition)),
     reader("records", "records.ply", |folder, file| kept(folder, file, Method::IrradianceCache)),
-    reader("film_state", "state.ply", |folder, file| film_state(folder, file)),
+    reader("film_state", "state.ply", film_state),
     reader("checkpoint", "partial.txt", |folder, file| {
         let film = film_of_text(&std::fs::read_to_string(file).unwrap_or_default());
         gone_on(folder, film)
     }),
-    reader("report", "report.toml", |folder, _| page::report::page(&folder, run()).map(drop)),
-    reader("statistics", "a.json", |folder, _| page::report::page(&folder, run()).map(drop)),
+    reader("report", "report.toml", |folder, _| page::report::page(folder, run()).map(drop)),
+    reader("statistics", "a.json", |folder, _| page::report::page(folder, run()).map(drop)),
 ];
 
 impl Reader {
