@@ -63,7 +63,7 @@ HOST := x86_64-unknown-linux-gnu
 FUZZER := fuzz/target/$(HOST)/release
 fuzz-build:
 	@$(CARGO) fuzz --version >/dev/null 2>&1 || $(CARGO) install cargo-fuzz --locked
-	$(CARGO) +nightly fuzz build --target $(HOST)
+	$(CARGO) +nightly fuzz build --release --target $(HOST)
 
 fuzz: fuzz-build
 	@for target in $(TARGETS); do mkdir -p fuzz/corpus/$$target fuzz/artifacts/$$target; log=fuzz/artifacts/$$target.log; \

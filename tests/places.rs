@@ -93,9 +93,62 @@ fn rays_by_noise_lose_no_energy() {
         let p = Proxy::new(&w, inputs, Need::Landings(&at), &Run::new(2).unwrap()).unwrap();
         mean_of(&p, &w, &at)
     };
-    let expected = with(1024, 99);
-    let found = mean((0..8).map(|seed| with(16, seed)));
-    assert!((found / expected - 1.0).abs() < 0.015, "{found}, not {expected}");
+    let expected = mean((0..8).map(|seed| with(1024, 99 + seed)));
+    let found = mean((0..64).map(|seed| with(16, seed)));
+    // The mean of 64 seeds has a standard error of 0.7 %.
+    assert!((found / expected - 1.0).abs() < 0.02, "{found}, not {expected}");
+}
+
+/// A spot lights less of a ceiling than a place holds: what leaves the ceiling there, and what the
+/// floor receives of it, is that of the closed form whatever the seed. The spot's disc lies on the
+/// border of two triangles.
+#[test]
+fn patches_smaller_than_a_place() {
+    let (half_angle, height) = (2.0f32, 2.0);
+    let square = |z: f32, normal: f32| {
+        let corner = Vec3::new(-1.0, -normal, z);
+        quads(&[(corner, 2.0 * Vec3::X, 2.0 * normal * Vec3::Y)], (normal < 0.0).into(), Sides::One)
+    };
+    let lamp = Light::Spot {
+        position: Vec3::Z,
+        direction: Vec3::Z,
+        intensity: Rgb::splat(1000.0),
+        inner_deg: half_angle,
+        outer_deg: half_angle * 1.001,
+    };
+    let (black, white) = (gray(0.02), gray(0.8));
+    let w = world(vec![square(0.0, 1.0), square(height, -1.0)], vec![black, white], vec![lamp]);
+    let leaving = 0.8 * 1000.0 * std::f32::consts::TAU * (1.0 - half_angle.to_radians().cos());
+    let asked = landings(&w, Vec3::new(0.1, 0.2, 0.3), 120_000);
+    let mut rng = Rng::new(5, Stream::Test, 0, 0);
+    let mut at = |half: f32, wi: Vec3| -> Vec<Landing> {
+        let mut one = || {
+            let p = ((2.0 * rng.next_2d() - 1.0) * half).extend(1.0);
+            let ray = Ray::new(p, wi);
+            let landing = Landing::new(&w, &ray, &w.rays.closest(&ray).unwrap());
+            Landing { reach: height, ..landing }
+        };
+        (0..20_000).map(|_| one()).collect()
+    };
+    let (ceiling, floor) = (at(0.05, Vec3::Z), at(0.9, Vec3::NEG_Z));
+    let sent = |l: &Landing| {
+        let d2 = l.p.length_squared() + height * height;
+        leaving * height * height / (std::f32::consts::PI * d2 * d2)
+    };
+    let expected = mean(floor.iter().map(sent));
+    let mut floors = Vec::new();
+    for seed in 0..12 {
+        let settings = sized(0.1);
+        let inputs = ProxyInputs { near_cell: 0.1, settings: &settings, seed };
+        let p = Proxy::new(&w, inputs, Need::Landings(&asked), &Run::new(2).unwrap()).unwrap();
+        let found = mean_of(&p, &w, &ceiling) * 0.1 * 0.1;
+        assert!((found / leaving - 1.0).abs() < 0.03, "{seed}: {found} leaves, not {leaving}");
+        let found = mean(floor.iter().map(|l| p.read(&w, l).indirect.x));
+        floors.push(found / expected - 1.0);
+    }
+    // Rays that are aimed leave 11 %; cosine rays alone 40 %.
+    let scatter = mean(floors.iter().map(|x| x * x)).sqrt();
+    assert!(scatter < 0.2 && mean(floors.iter().copied()).abs() < 0.12, "{floors:?}");
 }
 
 /// The same bits on any number of threads and in any order of reading, from the file too.
@@ -250,7 +303,8 @@ fn the_cost_does_not_follow_the_triangles() {
         run.rays.get(RayKind::Sample) + run.rays.get(RayKind::Shadow)
     };
     let (coarse, fine) = (rays(1), rays(80));
-    assert!((fine as f64 / coarse as f64 - 1.0).abs() < 0.15, "{coarse} and {fine} rays");
+    // Near the lamp only places of large triangles ask for more of their direct light.
+    assert!((fine as f64 / coarse as f64 - 1.0).abs() < 0.2, "{coarse} and {fine} rays");
 }
 
 #[test]

@@ -241,9 +241,9 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
         let bytes = [&good[..at], to.as_bytes(), &good[at + from.len()..]].concat();
         std::fs::write(&file, bytes).unwrap();
     };
-    text("decomposition 5", "decomposition 7");
-    refused(&own, "is of version 7; this program reads \"nearfar decomposition 5\"");
-    text("nearfar decomposition 5", "nearfar irradiance cache 5");
+    text("decomposition 6", "decomposition 7");
+    refused(&own, "is of version 7; this program reads \"nearfar decomposition 6\"");
+    text("nearfar decomposition 6", "nearfar irradiance cache 5");
     refused(&own, "is no decomposition");
     text("property float radius", "property float width");
     refused(&own, "other columns");
@@ -255,9 +255,9 @@ fn stale_and_broken_files_are_refused_with_the_reason() {
     damaged.sampled.sh[3].0[0].x = f32::NAN;
     save(&file, &own, &damaged, &s.inputs(&w), &s.decompose).unwrap();
     refused(&own, "cluster 3 is damaged");
-    // The parts of places come before the checksum: 15 floats and 13 bytes each.
+    // The parts of places come before the checksum: 18 floats and 13 bytes each.
     let end = good.len() - 4;
-    let at = end - (known.proxy.len() - 2) * 73 + 9 * 4;
+    let at = end - (known.proxy.len() - 2) * 85 + 9 * 4;
     let bytes = [&good[..at], &(-1.0f32).to_le_bytes(), &good[at + 4..end]].concat();
     std::fs::write(&file, [&bytes[..], &good[end..]].concat()).unwrap();
     refused(&own, "not what its checksum says");

@@ -226,7 +226,7 @@ struct Place {
     /// Columns and rows of the window that it covers.
     columns: Range<usize>,
     rows: Range<usize>,
-    /// Columns and rows of the layer that lie before the window.
+    /// Columns and rows of the layer that lie before the window; at most all.
     skip: (usize, usize),
 }
 
@@ -235,7 +235,7 @@ fn place(layer: &Layer<AnyChannels<FlatSamples>>, window: IntegerBounds) -> Plac
         let start = i64::from(start) - i64::from(window_start);
         let clip = |x: i64| x.clamp(0, window_size as i64) as usize;
         let range = clip(start)..clip(start + size as i64);
-        (range, (-start).max(0) as usize)
+        (range, (-start).clamp(0, size as i64) as usize)
     };
     let at = layer.attributes.layer_position;
     let (columns, skip_x) = along(at.0, layer.size.0, window.position.0, window.size.0);
@@ -412,6 +412,9 @@ mod tests {
         };
         assert_eq!(written(Vec2(1, 1)), [0., 0., 0., 0., 0., 1., 2., 0., 0., 3., 4., 0.]);
         assert_eq!(written(Vec2(-1, 2)), [0., 0., 0., 0., 0., 0., 0., 0., 2., 0., 0., 0.]);
+        for aside in [Vec2(-900, 1), Vec2(1, -900), Vec2(900, 0), Vec2(0, 900), Vec2(-2, -2)] {
+            assert_eq!(written(aside), [0.0; 12], "{aside:?}");
+        }
         let mut film = Film::new(1, 1);
         film.set_rgb("ViewLayer.Combined", &[Rgb::new(1.0, 2.0, 3.0)]);
         write_exr(&film, &path, Precision::Full).unwrap();

@@ -48,6 +48,8 @@ pub enum Stream {
     BenchGather,
     /// Points and rays of the proxy's places, keyed by the hash of a place.
     Place,
+    /// Points and shadow rays of places at the edge of a light, keyed by the hash of a place.
+    PlaceEdge,
     /// Paths that end the light of places, keyed by the hash of a place and the path.
     PlaceWalk,
     /// Rays that measure the surroundings of what is seen, keyed by lattice point.
@@ -88,6 +90,7 @@ impl Stream {
             Self::PlaceWalk => (19, 0),
             Self::Extent => (20, 0),
             Self::Guide => (21, 0),
+            Self::PlaceEdge => (22, 0),
             Self::Converge => (0x636f_6e76_6572_6765, 0),
         }
     }

@@ -29,7 +29,7 @@ use crate::scene::Fingerprint;
 use crate::sh::ShRgb;
 use crate::shading::World;
 
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 /// Settings of the last pass, of sampling the camera, and lengths, which count by their value in
 /// this scene.

@@ -42,9 +42,13 @@ impl Point {
         Self { p: s.p, ng: s.ng * sign, ns: s.ns * sign }
     }
 
-    /// A ray over the cosine of the hemisphere; none where it would start into the surface.
-    pub fn cosine_ray(&self, world: &World, uv: Vec2) -> Option<Ray> {
-        let wi = Frame::from_normal(self.ns).world_from_local(sample_cosine_hemisphere(uv));
+    /// A direction over the cosine of the hemisphere.
+    pub fn cosine_direction(&self, uv: Vec2) -> Vec3 {
+        Frame::from_normal(self.ns).world_from_local(sample_cosine_hemisphere(uv))
+    }
+
+    /// A ray; none where it would start into the surface.
+    pub fn ray(&self, world: &World, wi: Vec3) -> Option<Ray> {
         let outwards = wi.dot(self.ng) > 0.0;
         outwards.then(|| Ray::new(offset_origin(self.p, self.ng, world.diagonal), wi))
     }
@@ -136,7 +140,8 @@ impl Places {
             let (low, high) = heights.fold((0.0f32, 0.0f32), |(l, h), x| (l.min(x), h.max(x)));
             let slack = if shared { SLACK * size } else { f32::INFINITY };
             let heights = [low - slack, high + slack];
-            let part = Part { p: leader.p, ng: leader.ng, size, heights, need: self.needs };
+            let part =
+                Part { p: leader.p, ng: leader.ng, size, heights, need: self.needs, edge: false };
             let landings = (place.len() * points.len()).div_ceil(count) as u32;
             let element = hash64(key ^ parts.len() as u64);
             parts.push((part, NewPart { element, points, landings, around, spot, level }));

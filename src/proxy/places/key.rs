@@ -63,6 +63,35 @@ fn axes(normal: Vec3) -> [usize; 3] {
     }
 }
 
+fn hash(what: u64, [a, b]: [i64; 2]) -> u64 {
+    hash64(hash64(what).wrapping_add((a as u64 & 0xffff_ffff) | (b as u64) << 32))
+}
+
+fn level_bits(level: i32) -> u64 {
+    u64::from(level as u8) << 48
+}
+
+/// The key of a cube and a way of facing.
+fn shared_key(spot: &Spot, level: i32, at: I64Vec3) -> u64 {
+    let facing = ((spot.normal * 2.0).round().as_i64vec3() + 2).as_u64vec3();
+    let facing = (facing.x * WAYS + facing.y) * WAYS + facing.z;
+    hash(facing << 56 | level_bits(level) | (at.z as u64 & 0xffff_ffff), [at.x, at.y])
+}
+
+impl Spot {
+    /// A point of the plane of its triangle as a landing; none outside the triangle.
+    pub fn landing(&self, world: &World, p: Vec3) -> Option<Landing> {
+        let [a, b, c] = world.geometry.corners(self.triangle);
+        let (e1, e2, way) = (b - a, c - a, p - a);
+        let n = e1.cross(e2);
+        let (u, v) = (way.cross(e2).dot(n), e1.cross(way).dot(n));
+        let area = n.length_squared();
+        let inside = u >= 0.0 && v >= 0.0 && u + v <= area && area > 0.0;
+        let [u, v] = [u / area, v / area];
+        inside.then_some(Landing { p, triangle: self.triangle, u, v, side: self.side, reach: 0.0 })
+    }
+}
+
 impl Grids {
     pub fn new(world: &World, size: f32, reach: f32) -> Self {
         let geometry = &world.geometry;
@@ -123,19 +152,30 @@ impl Grids {
         })
     }
 
+    /// The key of the cube of a spot, whatever triangles share it.
+    pub fn cube(&self, spot: &Spot, level: i32) -> u64 {
+        shared_key(spot, level, self.cell(spot, level).as_i64vec3())
+    }
+
+    /// Keys of the cube of a spot and of those around it, along its surface.
+    pub fn cubes(&self, spot: &Spot, level: i32) -> impl Iterator<Item = u64> {
+        let at = self.cell(spot, level).as_i64vec3();
+        let [a, b, _] = axes(spot.normal);
+        (0..9).map(move |i| {
+            let mut next = at;
+            next[a] += i / 3 - 1;
+            next[b] += i % 3 - 1;
+            shared_key(spot, level, next)
+        })
+    }
+
     fn key_of(&self, spot: &Spot, level: i32, at: I64Vec3) -> u64 {
-        let pair = |a: i64, b: i64| (a as u64 & 0xffff_ffff) | (b as u64) << 32;
-        let hash = |what: u64, place: u64| hash64(hash64(what).wrapping_add(place));
-        let level_bits = u64::from(level as u8) << 48;
         if self.is_shared(spot, level) {
-            let facing = ((spot.normal * 2.0).round().as_i64vec3() + 2).as_u64vec3();
-            let facing = (facing.x * WAYS + facing.y) * WAYS + facing.z;
-            let what = facing << 56 | level_bits | (at.z as u64 & 0xffff_ffff);
-            return hash(what, pair(at.x, at.y));
+            return shared_key(spot, level, at);
         }
         let [a, b, _] = axes(spot.normal);
-        let what = u64::MAX << 56 | level_bits | u64::from(spot.triangle) << 1 | spot.side as u64;
-        hash(what, pair(at[a], at[b]))
+        let triangle = u64::from(spot.triangle) << 1 | spot.side as u64;
+        hash(u64::MAX << 56 | level_bits(level) | triangle, [at[a], at[b]])
     }
 
     fn cell(&self, spot: &Spot, level: i32) -> Vec3 {

@@ -11,7 +11,9 @@
 
 use glam::{Vec2, Vec3};
 
+use super::bright::Bright;
 use super::cover::{NewPart, Point};
+use super::noise::Moments;
 use super::{Light, Places};
 use crate::proxy::Landing;
 use crate::radiometry::{Rgb, luminance};
@@ -77,7 +79,7 @@ fn pdf_cosine(cos: f32) -> f32 {
 }
 
 /// Direct irradiance at a point by one shadow ray, and how many were shot.
-fn shadow(world: &World, at: &Point, pick: f32, uv: Vec2) -> (Rgb, u64) {
+pub(super) fn shadow(world: &World, at: &Point, pick: f32, uv: Vec2) -> (Rgb, u64) {
     if world.lights.is_empty() {
         return (Rgb::ZERO, 0);
     }
@@ -92,9 +94,8 @@ fn shadow(world: &World, at: &Point, pick: f32, uv: Vec2) -> (Rgb, u64) {
     (e.unwrap_or_default(), u64::from(e.is_some()))
 }
 
-fn shoot(world: &World, at: &Point, uv: Vec2, rays: &mut u64) -> Met {
-    let Some(ray) = at.cosine_ray(world, uv) else { return Met::Nothing };
-    let wi = ray.dir;
+fn shoot(world: &World, at: &Point, wi: Vec3, rays: &mut u64) -> Met {
+    let Some(ray) = at.ray(world, wi) else { return Met::Nothing };
     *rays += 1;
     let Some(hit) = world.rays.closest(&ray) else {
         return Met::Sky(world.lights.sky.radiance(wi) * std::f32::consts::PI);
@@ -115,43 +116,56 @@ fn shoot(world: &World, at: &Point, uv: Vec2, rays: &mut u64) -> Met {
 
 impl Places {
     /// Direct light of a part, but for what gather rays find of it, by a shadow ray for each of its
-    /// landings, within limits; and how many were shot.
-    pub(super) fn direct(&self, world: &World, part: &NewPart, most: u32) -> (Rgb, u64) {
+    /// landings, within limits; its samples; and how many rays were shot.
+    pub(super) fn direct(&self, world: &World, part: &NewPart, most: u32) -> (Rgb, Moments, u64) {
         let sobol = Sobol::new(self.seed, Stream::Place, part.element);
         let count = part.landings.clamp(FEWEST_SHADOW_RAYS.min(most), most);
-        let (mut sum, mut rays) = (Rgb::ZERO, 0);
+        let (mut sum, mut samples, mut rays) = (Rgb::ZERO, Moments::default(), 0);
         for i in 0..count {
             let at = part.points[i as usize % part.points.len()];
             // The lamp is picked by the part's own sequence: stratified over all of its rays.
             let (e, shot) = shadow(world, &at, sobol.sample_1d(i, 1), sobol.sample_2d(i, 2));
             sum += e;
+            samples.add(luminance(e));
             rays += shot;
         }
-        (sum / count as f32, rays)
+        (sum / count as f32, samples, rays)
     }
 
     /// Shoots gather rays of a part, of its sequence those in `which`.
     pub(super) fn gather(
         &self,
         world: &World,
+        bright: &Bright,
         part: &NewPart,
         which: std::ops::Range<u32>,
     ) -> Gathered {
         let sobol = Sobol::new(self.seed, Stream::Place, part.element);
         let mut found = Gathered { count: which.len() as u32, ..Gathered::default() };
+        let count = which.len() as u32;
+        let aimed = bright.aim(&part.points[0]).rays(count, sobol.sample_1d(which.start, 4));
+        let share = aimed as f32 / count.max(1) as f32;
+        let mut due = 0;
         for i in which {
             let at = part.points[i as usize % part.points.len()];
-            match shoot(world, &at, sobol.sample_2d(i, 3), &mut found.rays) {
+            due += aimed;
+            let is_aimed = due >= count;
+            due -= if is_aimed { count } else { 0 };
+            let sample = bright.aim(&at).sample(is_aimed, share, sobol.sample_2d(i, 3));
+            let Some((wi, weight)) = sample else { continue };
+            match shoot(world, &at, wi, &mut found.rays) {
                 Met::Nothing => {}
                 Met::Sky(e) => {
+                    let e = weight * e;
                     found.sky += e;
                     found.sky_squared += luminance(e) * luminance(e);
                 }
                 Met::Surface(landing, albedo, emitted) => {
-                    found.emitted += emitted;
+                    found.emitted += weight * emitted;
                     if albedo == Vec3::ZERO {
                         continue;
                     }
+                    let albedo = weight * albedo;
                     match self.find(world, &landing) {
                         Some(to) => found.links.push(Link { to, weight: albedo }),
                         None => found.open.push((landing, albedo)),
@@ -162,14 +176,25 @@ impl Places {
         found
     }
 
+    /// Direct light at a landing by a shadow ray, but for what gather rays find of it.
+    pub(super) fn direct_at(&self, world: &World, landing: &Landing) -> (Rgb, u64) {
+        let walk = self.walk_of(landing);
+        shadow(world, &Point::new(world, landing), walk.sample_1d(0, 0), walk.sample_2d(0, 1))
+    }
+
+    /// Random numbers of a landing.
+    fn walk_of(&self, landing: &Landing) -> Sobol {
+        let bits = u64::from(landing.u.to_bits()) << 32 | u64::from(landing.v.to_bits());
+        let element = hash64(bits) ^ u64::from(landing.triangle) << 1 ^ landing.side as u64;
+        Sobol::new(self.seed, Stream::PlaceWalk, element)
+    }
+
     /// Light of a landing without a part, by a path with one shadow ray at each of its points:
     /// what is known of it, and the part where the path ends. Russian roulette by the albedo ends
     /// others. Every step has dimensions of its own: steps that shared a stratified sequence would
     /// not be independent.
     pub(super) fn walk(&self, world: &World, landing: &Landing, rays: &mut Rays) -> (Light, Link) {
-        let bits = u64::from(landing.u.to_bits()) << 32 | u64::from(landing.v.to_bits());
-        let element = hash64(bits) ^ u64::from(landing.triangle) << 1 ^ landing.side as u64;
-        let walk = Sobol::new(self.seed, Stream::PlaceWalk, element);
+        let walk = self.walk_of(landing);
         let (mut light, mut at, mut beta) = (Light::default(), *landing, Rgb::ONE);
         for step in 0..LONGEST_WALK {
             let point = Point::new(world, &at);
@@ -180,7 +205,8 @@ impl Places {
                 *(if step == 0 { &mut light.direct } else { &mut light.indirect }) += beta * e;
             };
             add(direct);
-            match shoot(world, &point, walk.sample_2d(0, 4 * step + 2), &mut rays.gather) {
+            let wi = point.cosine_direction(walk.sample_2d(0, 4 * step + 2));
+            match shoot(world, &point, wi, &mut rays.gather) {
                 Met::Nothing => break,
                 Met::Sky(e) => {
                     light.indirect += beta * e;

@@ -10,7 +10,9 @@
 //! face one way (`key`); what surfaces divide has a part for each set of points that see each
 //! other. Parts are lit by rays from the points where rays landed (`light`), as many as landings
 //! ask for, and what these rays land on is lit in the next round; sweeps over the links solve for
-//! all of it (`solve`). At the end neighbours share what they know (`smooth`).
+//! all of it (`solve`). A part of the rays is aimed at what is bright (`bright`). At the end
+//! neighbours share what they know (`smooth`). Where direct light has bright edges, every landing
+//! asks for its own (`edge`).
 //!
 //! Reading looks up the place of a landing, of the size that suits it or next to that, and asks by
 //! a ray which part it sees where something divides the place. A landing that has none is lit by a
@@ -20,13 +22,16 @@
 //!             between two needs, and what a need adds depends on its landings alone. The cost of a
 //!             need is bounded by its landings, whatever the scene. Both sides of a sheet, both
 //!             faces of a slab and all triangles larger than a place are apart by key.
-//! Not         a bound on the error of a place: its light is a mean over at most eight points.
+//! Not         a bound on the error of a place: away from bright edges its direct light is a mean
+//!             over at most eight points.
 //! Cost        some 20 rays a part; reading takes one to five look-ups, and a short ray in up to a
 //!             quarter of all cases.
 //! Knobs       `proxy.place_size`, `proxy.place_reach`, `proxy.direct_samples`,
 //!             `proxy.gather_rays`.
 
+mod bright;
 mod cover;
+mod edge;
 mod key;
 mod light;
 mod need;
@@ -65,13 +70,15 @@ const MOST_LANDINGS: usize = 1 << 19;
 /// Irradiance of a part, W·m⁻².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Light {
+    /// What shadow rays found of direct light, and what gather rays found.
     direct: Rgb,
+    emitted: Rgb,
     indirect: Rgb,
 }
 
 impl Light {
     fn total(self) -> Rgb {
-        self.direct + self.indirect
+        self.direct + self.emitted + self.indirect
     }
 }
 
@@ -88,6 +95,8 @@ struct Part {
     heights: [f32; 2],
     /// The need that it was made for, counted from 0.
     need: u32,
+    /// A bright edge of direct light runs through it or near it: each landing asks for itself.
+    edge: bool,
 }
 
 impl Part {
@@ -175,7 +184,7 @@ impl Places {
             return Reading { radiosity: Rgb::ZERO, indirect: Rgb::ZERO, piece: Piece::NONE };
         }
         let (light, piece) = match self.find(world, landing) {
-            Some(part) => (self.lights[part as usize], Piece(part)),
+            Some(part) => (self.light_at(world, landing, part), Piece(part)),
             None => (self.alone(world, landing), Piece::NONE),
         };
         Reading { radiosity: albedo * light.total(), indirect: light.indirect, piece }
@@ -210,6 +219,17 @@ impl Places {
         None
     }
 
+    /// Light of a part, at a landing on it.
+    fn light_at(&self, world: &World, landing: &Landing, part: u32) -> Light {
+        let light = self.lights[part as usize];
+        if !self.parts[part as usize].edge {
+            return light;
+        }
+        let (direct, rays) = self.direct_at(world, landing);
+        self.rays[0].fetch_add(rays, Ordering::Relaxed);
+        Light { direct, ..light }
+    }
+
     /// Light of a landing that no part holds.
     fn alone(&self, world: &World, landing: &Landing) -> Light {
         let mut rays = Rays::default();
@@ -233,7 +253,8 @@ impl Places {
     /// A place as pictures show it.
     pub fn shown(&self, piece: Piece) -> Option<ShownPlace> {
         let part = self.parts.get(piece.0 as usize)?;
-        let Light { direct, indirect } = self.lights[piece.0 as usize];
+        let Light { direct, emitted, indirect } = self.lights[piece.0 as usize];
+        let direct = direct + emitted;
         Some(ShownPlace { size: part.size, direct, indirect, need: part.need })
     }
 

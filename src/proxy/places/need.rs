@@ -55,7 +55,8 @@ fn look(
             let seen = land(Ray::new(camera.eye, camera.direction(pixel)), &mut out);
             let Some(seen) = seen else { continue };
             let point = Point::new(world, &seen);
-            for ray in (0..RAYS).filter_map(|r| point.cosine_ray(world, sobol.sample_2d(r, 0))) {
+            let wi = (0..RAYS).map(|r| point.cosine_direction(sobol.sample_2d(r, 0)));
+            for ray in wi.filter_map(|wi| point.ray(world, wi)) {
                 rays += 1;
                 land(ray, &mut out);
             }

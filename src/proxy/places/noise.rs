@@ -18,11 +18,16 @@ const DARKEST: f32 = 0.1;
 pub(super) struct Moments(pub [f64; 3]);
 
 impl Moments {
-    fn plus(self, other: Self, sign: f64) -> Self {
+    /// One more sample.
+    pub fn add(&mut self, x: f32) {
+        let x = f64::from(x);
+        *self = self.plus(Self([1.0, x, x * x]), 1.0);
+    }
+    pub fn plus(self, other: Self, sign: f64) -> Self {
         Self([0, 1, 2].map(|i| self.0[i] + sign * other.0[i]))
     }
     /// Mean and standard deviation of a sample.
-    fn spread(self) -> (f32, f32) {
+    pub fn spread(self) -> (f32, f32) {
         let [n, sum, squares] = self.0;
         let mean = sum / n.max(1.0);
         (mean as f32, (squares / n.max(1.0) - mean * mean).max(0.0).sqrt() as f32)

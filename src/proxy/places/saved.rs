@@ -6,7 +6,7 @@ use super::{Light, Part, Place, Places};
 use crate::radiometry::Rgb;
 
 /// Floats in a row.
-const FLOATS: usize = 15;
+const FLOATS: usize = 18;
 /// The key of the place, flags, and the number of the need, low bytes first.
 const BYTES: usize = 13;
 /// The part is the first of its place.
@@ -15,12 +15,14 @@ const FIRST: u8 = 1;
 const SHARED: u8 = 2;
 /// The place has one part, and nothing divides it.
 const CLEAR: u8 = 4;
+/// Landings on the part ask for direct light themselves.
+const EDGE: u8 = 8;
 
 /// Names of the floats of a row.
 pub(in crate::proxy) fn floats() -> Vec<String> {
     let mut names: Vec<String> =
         ["x", "y", "z", "nx", "ny", "nz", "size", "low", "high"].map(String::from).into();
-    for quantity in ["direct", "indirect"] {
+    for quantity in ["direct", "emitted", "indirect"] {
         names.extend(["r", "g", "b"].map(|c| format!("{quantity}_{c}")));
     }
     names
@@ -63,7 +65,7 @@ impl SavedPlaces {
             let unit = (Vec3::from_slice(&floats[3..]).length() - 1.0).abs() < 1e-3;
             let flags = bytes[8];
             let begun = i > 0 || flags & FIRST != 0;
-            if !floats.iter().all(|x| x.is_finite()) || !lit || !unit || !begun || flags > 7 {
+            if !floats.iter().all(|x| x.is_finite()) || !lit || !unit || !begun || flags > 15 {
                 return Err(i);
             }
             out.rows.push((floats, bytes));
@@ -85,12 +87,14 @@ impl Places {
             floats[3..6].copy_from_slice(&part.ng.to_array());
             floats[6..9].copy_from_slice(&[part.size, heights[0], heights[1]]);
             floats[9..12].copy_from_slice(&light.direct.to_array());
-            floats[12..].copy_from_slice(&light.indirect.to_array());
+            floats[12..15].copy_from_slice(&light.emitted.to_array());
+            floats[15..].copy_from_slice(&light.indirect.to_array());
             let mut bytes = [0; BYTES];
             bytes[..8].copy_from_slice(&key.to_le_bytes());
             let first = if i == place.first { FIRST } else { 0 };
             let clear = if place.clear { CLEAR } else { 0 };
-            bytes[8] = first | clear | if shared { SHARED } else { 0 };
+            let edge = if part.edge { EDGE } else { 0 };
+            bytes[8] = first | clear | edge | if shared { SHARED } else { 0 };
             bytes[9..].copy_from_slice(&part.need.to_le_bytes());
             (floats, bytes)
         };
@@ -123,9 +127,11 @@ impl Places {
             let (p, ng) = (Vec3::from_slice(f), Vec3::from_slice(&f[3..]));
             let need = u32::from_le_bytes(std::array::from_fn(|i| bytes[9 + i]));
             self.needs = self.needs.max(need.saturating_add(1));
-            self.parts.push(Part { p, ng, size: f[6], heights, need });
+            let edge = flags & EDGE != 0;
+            self.parts.push(Part { p, ng, size: f[6], heights, need, edge });
             let colour = |at: usize| Rgb::from_slice(&f[at..]);
-            self.lights.push(Light { direct: colour(9), indirect: colour(12) });
+            let [direct, emitted, indirect] = [9, 12, 15].map(colour);
+            self.lights.push(Light { direct, emitted, indirect });
         }
     }
 }

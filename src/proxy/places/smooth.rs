@@ -55,9 +55,14 @@ impl Around {
 impl Places {
     /// Shares indirect light between the last parts, which are `new`, by what their gather rays
     /// found.
-    pub(super) fn smooth(&mut self, world: &World, new: &[NewPart], own: &[Moments], run: &Run) {
+    pub(super) fn smooth(
+        &mut self,
+        new: &[NewPart],
+        own: &[Moments],
+        pairs: &[(u32, u32)],
+        run: &Run,
+    ) {
         let from = self.parts.len() - new.len();
-        let pairs = run.install(|| self.pairs(world, new, run));
         let mean = |i: usize| own[i].0[1] / own[i].0[0].max(1.0);
         let keys: Vec<u64> =
             new.iter().map(|part| self.grids.key(&part.spot, part.level + AROUND)).collect();
@@ -68,7 +73,7 @@ impl Places {
             let within = &mut around.entry(key).or_default().within;
             within.iter_mut().zip(add).for_each(|(all, x)| *all += x);
         }
-        for &(i, j) in &pairs {
+        for &(i, j) in pairs {
             let [a, b] = [i, j].map(|i| own[i as usize].0[0].max(1.0));
             let difference = mean(i as usize) - mean(j as usize);
             let add = [1.0, difference * difference, 1.0 / a + 1.0 / b];
@@ -76,7 +81,7 @@ impl Places {
             pairs.iter_mut().zip(add).for_each(|(all, x)| *all += x);
         }
         let mut edges: Vec<(u32, u32, f32)> = Vec::with_capacity(2 * pairs.len());
-        for &(i, j) in &pairs {
+        for &(i, j) in pairs {
             let strength = around[&keys[i as usize]].strength() as f32;
             edges.extend([(i, j, strength), (j, i, strength)]);
         }
@@ -102,7 +107,7 @@ impl Places {
     }
 
     /// Pairs of new parts in neighbouring squares that see each other.
-    fn pairs(&self, world: &World, new: &[NewPart], run: &Run) -> Vec<(u32, u32)> {
+    pub(super) fn pairs(&self, world: &World, new: &[NewPart], run: &Run) -> Vec<(u32, u32)> {
         let from = self.parts.len() - new.len();
         let of = |(i, part): (usize, &NewPart)| {
             let mut found = Vec::new();

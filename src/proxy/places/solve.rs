@@ -2,9 +2,9 @@
 //!
 //! The landings of round 1 are asked for; those of the next are where the gather rays of the round
 //! before landed without a place. What the last round leaves open is followed by paths to a part or
-//! to their end, so no energy is dropped. The first solution tells where samples scatter; there
-//! further rays are shot, and the system is solved again. Parts of earlier needs stay as they are
-//! and light the new ones.
+//! to their end, so no energy is dropped. The first solution tells where direct light has bright
+//! edges, and is refined, and where samples scatter; there further rays are shot, and the system is
+//! solved again. Parts of earlier needs stay as they are and light the new ones.
 //!
 //! Of `gather_rays` n, a part has n/8 at first, or as many as landings up to n, half as many in
 //! each further round; at the end up to 4 n by how much it is needed and how noisy it is, but all
@@ -13,8 +13,10 @@
 use rayon::prelude::*;
 
 use super::Places;
+use super::bright::Bright;
 use super::cover::NewPart;
 use super::light::{Gathered, Link, Rays};
+use super::noise::Moments;
 use super::system::{Open, System};
 use crate::error::Result;
 use crate::proxy::{Added, Landing};
@@ -37,7 +39,8 @@ impl Places {
         let from = self.parts.len();
         let shot = || [RayKind::Sample, RayKind::Shadow].map(|kind| run.rays.get(kind));
         let (before, short_before) = (shot(), self.made.rays.short);
-        let (mut system, mut new) = (System::default(), Vec::new());
+        let (mut system, mut new, mut samples) = (System::default(), Vec::new(), Vec::new());
+        let mut bright = Bright::default();
         let unknown = |l: &&Landing| self.find(world, l).is_none();
         let unknown = run.install(|| landings.par_iter().filter(unknown).copied().collect());
         let mut open = Open::asked(unknown);
@@ -53,25 +56,36 @@ impl Places {
             let most = (self.gather_rays >> round).max(fewest);
             open = Open::default();
             let count = |_: usize, part: &NewPart| 0..part.landings.clamp(fewest, most);
-            let found = self.shoot(world, &more, count, run)?;
-            direct.into_iter().zip(found).for_each(|(e, found)| system.push(e, found, &mut open));
+            if round == 0 {
+                let lit = more.iter().zip(direct.iter().map(|d| d.0));
+                bright = Bright::new(&self.grids, lit);
+            }
+            let found = self.shoot(world, &bright, &more, count, run)?;
+            for ((e, own), found) in direct.into_iter().zip(found) {
+                samples.push(own);
+                system.push(e, found, &mut open);
+            }
             new.extend(more);
             phase.advance(1);
         }
         self.close(world, &open, &mut system, run);
         let first = system.sweep(&mut self.lights, run)?;
+        self.mark_edges(world, &new, &samples);
+        system.refine(self.refined(world, &new, run));
         let n = self.gather_rays as f32;
         let wanted = system.wanted(&self.lights, &new, n / 4.0);
         let further = system.further(&wanted, 4.0 * n, 0.375 * n * asked as f32);
         let further = |i: usize, _: &NewPart| system.rays[i]..system.rays[i] + further[i];
-        let (found, mut more) = (self.shoot(world, &new, further, run)?, System::default());
+        let found = self.shoot(world, &bright, &new, further, run)?;
+        let mut more = System::default();
         open = Open::default();
         found.into_iter().for_each(|found| more.push(Rgb::ZERO, found, &mut open));
         self.close(world, &open, &mut more, run);
         system = system.join(&more);
         let again = system.sweep(&mut self.lights, run)?;
         let own = run.install(|| system.moments(&self.lights));
-        self.smooth(world, &new, &own, run);
+        let pairs = run.install(|| self.pairs(world, &new, run));
+        self.smooth(&new, &own, &pairs, run);
         phase.advance(1);
         let made = &mut self.made;
         let [gather, shadow] = [0, 1].map(|i| shot()[i] - before[i]);
@@ -85,30 +99,37 @@ impl Places {
     }
 
     /// Direct light of parts by shadow rays.
-    fn shine(&self, world: &World, new: &[NewPart], round: u32, run: &Run) -> Result<Vec<Rgb>> {
+    fn shine(
+        &self,
+        world: &World,
+        new: &[NewPart],
+        round: u32,
+        run: &Run,
+    ) -> Result<Vec<(Rgb, Moments)>> {
         let most = (self.direct_samples >> round).max(self.direct_samples.min(4));
         let direct = |part: &NewPart| match run.cancelled() {
-            true => (Rgb::ZERO, 0),
+            true => (Rgb::ZERO, Moments::default(), 0),
             false => self.direct(world, part, most),
         };
-        let found: Vec<(Rgb, u64)> =
+        let found: Vec<(Rgb, Moments, u64)> =
             run.install(|| new.par_iter().with_min_len(BLOCK).map(direct).collect());
         run.check()?;
-        run.rays.add(RayKind::Shadow, found.iter().map(|f| f.1).sum());
-        Ok(found.into_iter().map(|f| f.0).collect())
+        run.rays.add(RayKind::Shadow, found.iter().map(|f| f.2).sum());
+        Ok(found.into_iter().map(|f| (f.0, f.1)).collect())
     }
 
     /// Gather rays of parts, of each those that `which` tells.
     fn shoot(
         &self,
         world: &World,
+        bright: &Bright,
         parts: &[NewPart],
         which: impl Fn(usize, &NewPart) -> std::ops::Range<u32> + Sync,
         run: &Run,
     ) -> Result<Vec<Gathered>> {
         let gather = |(i, part): (usize, &NewPart)| match run.cancelled() {
             true => Gathered::default(),
-            false => self.gather(world, part, which(i, part)),
+            false => self.gather(world, bright, part, which(i, part)),
         };
         let found: Vec<Gathered> =
             run.install(|| parts.par_iter().enumerate().with_min_len(BLOCK).map(gather).collect());

@@ -5,7 +5,9 @@
 //! ```
 //!
 //! Ray hits do not depend on light, so the system is swept after all rays are shot (Jacobi,
-//! `[CohenWallace93]` §5.3) at the price of a look-up per ray and sweep.
+//! `[CohenWallace93]` §5.3) at the price of a look-up per ray and sweep. Weights that sum to more
+//! than the rays, as those of aimed rays may by chance, are scaled down to them: no row of the
+//! matrix expands.
 
 use rayon::prelude::*;
 
@@ -94,6 +96,13 @@ impl System {
         &self.links[start as usize..self.ends[i] as usize]
     }
 
+    /// Takes over direct irradiance that is better known, where there is some.
+    pub fn refine(&mut self, direct: Vec<Option<Rgb>>) {
+        for ((shadow, _), better) in self.direct.iter_mut().zip(direct) {
+            *shadow = better.unwrap_or(*shadow);
+        }
+    }
+
     /// Adds rays of the same parts.
     pub fn join(self, more: &Self) -> Self {
         let mut out = Self::default();
@@ -119,15 +128,23 @@ impl System {
     pub fn sweep(&self, lights: &mut [Light], run: &Run) -> Result<Swept> {
         let from = lights.len() - self.known.len();
         for (i, &(shadow, emitted)) in self.direct.iter().enumerate() {
-            lights[from + i].direct = shadow + emitted / self.rays[i].max(1) as f32;
+            let light = &mut lights[from + i];
+            light.direct = shadow;
+            light.emitted = emitted / self.rays[i].max(1) as f32;
         }
+        let scale = |i: usize| {
+            let sum = self.links_of(i).iter().fold(Rgb::ZERO, |sum, l| sum + l.weight);
+            (self.rays[i] as f32 / sum.max_element()).min(1.0)
+        };
+        let scales: Vec<f32> = (0..self.known.len()).map(scale).collect();
         let mut total: Vec<Rgb> = lights.iter().map(|l| l.total()).collect();
         let mut swept = Swept::default();
         while swept.sweeps < SWEEPS {
             run.check()?;
             let gather = |i: usize| {
                 let add = |e: Rgb, l: &Link| e + l.weight * total[l.to as usize];
-                self.links_of(i).iter().fold(self.known[i], add) / self.rays[i].max(1) as f32
+                let linked = self.links_of(i).iter().fold(Rgb::ZERO, add);
+                (self.known[i] + scales[i] * linked) / self.rays[i].max(1) as f32
             };
             let irradiance: Vec<Rgb> = run.install(|| {
                 (0..self.known.len()).into_par_iter().with_min_len(1024).map(gather).collect()

@@ -182,6 +182,11 @@ impl LightTable {
             [Source::DeltaSun { .. } | Source::Point { .. } | Source::Spot { .. }]
         )
     }
+    /// True for one light that shadow rays go to: what they differ in is what hides it, not which
+    /// of many they asked.
+    pub fn is_one(&self) -> bool {
+        self.sources.len() == 1
+    }
     /// How many groups of lights a choice made beforehand tells apart ([`LightTable::sample_by`]).
     pub fn choices(&self) -> usize {
         self.fine.len()
