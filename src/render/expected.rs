@@ -30,8 +30,11 @@ const SHORT_RAY: f64 = 0.4e-6;
 const DENOISED: f64 = 9e-6;
 const WRITTEN: f64 = 1.2e-6;
 const COMBINED: f64 = 6e-6;
-/// Core seconds of a gather from surface elements.
+/// Core seconds of a gather from the elements around a point.
 const ELEMENT_GATHER: f64 = 70e-6;
+/// Core seconds of a gather without a ray, and how many there are over the root of all points.
+const POINT_GATHER: f64 = 420e-6;
+const GATHERS: f64 = 140.0;
 /// Clusters, and records of a cache, that a picture has, whatever its size.
 const CLUSTERS: f64 = 12_500.0;
 const RECORDS: f64 = 20_000.0;
@@ -141,7 +144,10 @@ impl<'a> Expected<'a> {
                 parts.extend(self.bake());
                 parts.push(Part::data("tree", 0.05));
                 parts.extend(self.record());
-                parts.push(self.rays("gather", 0.6 * points * ELEMENT_GATHER));
+                // In rounds; the other points are interpolated, most of them in large pictures.
+                let gathers = (GATHERS * points.sqrt()).min(points);
+                let gather = self.rays("gather", gathers * POINT_GATHER);
+                parts.push(gather.in_steps(gathers as u64));
             }
             Method::LocalCorrection => {
                 parts.extend(self.record().pop());
