@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! E(x) = Σ_r L(x, wi_r) cos θ_r / (n_cosine p_cosine(wi_r) + n_guided p_guide(wi_r))
-//! wi_r cosine-distributed around the shading normal, or by the guide; L from Proxy::incident
+//! wi_r cosine-distributed around the shading normal, or by the guide; L from Proxy::radiance
 //! ```
 //!
 //! Of the rays of a point the share `gather.guided` is sent where rays of the neighbourhood have
@@ -114,7 +114,7 @@ pub fn gather(
             let by_guide = guided.map_or(0.0, |(d, _)| d.pdf_solid_angle(wi));
             let density =
                 count_cosine as f32 * pdf_cosine_hemisphere(cos) + count_guided as f32 * by_guide;
-            let radiance = proxy.incident(world, &Ray::new(p, wi)).radiance;
+            let radiance = proxy.radiance(world, &Ray::new(p, wi));
             sum += (radiance * (cos / density)).as_dvec3();
         }
         run.rays.add(RayKind::Sample, u64::from(rays.count));

@@ -191,6 +191,21 @@ impl Proxy {
         }
     }
 
+    /// Radiance that arrives along a ray, as [`Proxy::incident`] tells it but for bright edges of
+    /// direct light: there a shadow ray from the hit tells what it has, where a place has a mean.
+    /// For sums of many rays, to which it brings noise in place of an error that all of them share;
+    /// of few rays it makes fireflies.
+    pub fn radiance(&self, world: &World, ray: &Ray) -> Rgb {
+        let Some(places) = &self.places else { return self.incident(world, ray).radiance };
+        match world.rays.closest(ray) {
+            None => world.lights.sky.radiance(ray.dir.normalize_or_zero()),
+            Some(hit) => {
+                let landing = Landing::new(world, ray, &hit);
+                places.read_sharp(world, &landing).radiosity * std::f32::consts::FRAC_1_PI
+            }
+        }
+    }
+
     /// The light where a ray has landed.
     pub fn read(&self, world: &World, landing: &Landing) -> Reading {
         if let Some(places) = &self.places {

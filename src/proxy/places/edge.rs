@@ -1,4 +1,4 @@
-//! Bright edges of direct light: where each landing asks for its own.
+//! Bright edges of direct light: where a few shadow rays say too little.
 //!
 //! ```text
 //! a part is at an edge   if  s > BRIGHT · mean over landings of the irradiance of their parts
@@ -9,14 +9,15 @@
 //! A part knows its direct light by a few shadow rays from the points where rays landed. Where a
 //! patch of sun ends, or a spot shines on less than a place, they say little about how much of the
 //! place is lit; and what they say wrong all rays that land there repeat, which shows as clouds on
-//! walls that are lit by the patch. There a landing shoots a shadow ray of its own instead of
-//! reading the part's mean: the error becomes noise that differs from landing to landing.
+//! walls that are lit by the patch. There a part is lit by [`RAYS`] shadow rays from all over its
+//! place. Final gathering, which has many rays, asks by one shadow ray more at each landing
+//! instead of reading the mean: what is left of the error differs from landing to landing.
 //!
 //! Guarantees  which parts are at an edge is decided by their neighbours alone: a part that asked
 //!             its own samples would miss the patches that they missed, and light would be lost.
 //! Not         patches smaller than a place whose every neighbour is dark: they stay the mean of
 //!             their points, right on average.
-//! Cost        a shadow ray for a landing at an edge; where light has no bright edges, none.
+//! Cost        where light has no bright edges, none.
 
 use std::collections::HashMap;
 

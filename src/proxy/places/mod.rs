@@ -11,8 +11,8 @@
 //! other. Parts are lit by rays from the points where rays landed (`light`), as many as landings
 //! ask for, and what these rays land on is lit in the next round; sweeps over the links solve for
 //! all of it (`solve`). A part of the rays is aimed at what is bright (`bright`). At the end
-//! neighbours share what they know (`smooth`). Where direct light has bright edges, every landing
-//! asks for its own (`edge`).
+//! neighbours share what they know (`smooth`). Where direct light has bright edges, parts are lit
+//! by more shadow rays, and a reader of many rays may ask for each landing's own (`edge`).
 //!
 //! Reading looks up the place of a landing, of the size that suits it or next to that, and asks by
 //! a ray which part it sees where something divides the place. A landing that has none is lit by a
@@ -95,7 +95,7 @@ struct Part {
     heights: [f32; 2],
     /// The need that it was made for, counted from 0.
     need: u32,
-    /// A bright edge of direct light runs through it or near it: each landing asks for itself.
+    /// A bright edge of direct light runs through it or near it.
     edge: bool,
 }
 
@@ -179,12 +179,22 @@ impl Places {
 
     /// Light where a ray has landed.
     pub fn read(&self, world: &World, landing: &Landing) -> Reading {
+        self.reading(world, landing, false)
+    }
+
+    /// The same, at bright edges with direct light of its own.
+    pub fn read_sharp(&self, world: &World, landing: &Landing) -> Reading {
+        self.reading(world, landing, true)
+    }
+
+    fn reading(&self, world: &World, landing: &Landing, sharp: bool) -> Reading {
         let albedo = world.geometry.albedo(landing.triangle, landing.u, landing.v);
         if albedo == Rgb::ZERO {
             return Reading { radiosity: Rgb::ZERO, indirect: Rgb::ZERO, piece: Piece::NONE };
         }
         let (light, piece) = match self.find(world, landing) {
-            Some(part) => (self.light_at(world, landing, part), Piece(part)),
+            Some(part) if sharp => (self.light_at(world, landing, part), Piece(part)),
+            Some(part) => (self.lights[part as usize], Piece(part)),
             None => (self.alone(world, landing), Piece::NONE),
         };
         Reading { radiosity: albedo * light.total(), indirect: light.indirect, piece }
